@@ -1,0 +1,1 @@
+"""Lower bounds that scale beyond exact methods."""

@@ -1,0 +1,1 @@
+"""What proves: each file one solver whose answer is an optimum with a bound."""

@@ -1,0 +1,1 @@
+"""Repeated runs, statistics, the papers' tables."""

@@ -1,0 +1,1 @@
+"""Readers and writers: text in, Workpiece out, and back."""

@@ -1,0 +1,1 @@
+"""Good routes fast: the papers' algorithms and the modern local search."""

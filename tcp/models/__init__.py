@@ -1,0 +1,1 @@
+"""Formulations only: variables, constraints, objective.  No policy, no input or output."""

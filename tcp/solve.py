@@ -1,0 +1,229 @@
+"""The facade: look the solver up, run it, check its answer, return it.  No algorithm here."""
+
+from __future__ import annotations
+
+import inspect
+import platform
+import signal
+import threading
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass
+from importlib import import_module
+from importlib.metadata import PackageNotFoundError, version
+from types import FrameType, ModuleType
+from typing import Any
+
+import numpy as np
+
+from tcp.errors import TcpError, UsageError
+from tcp.instance import Instance
+from tcp.result import Outcome, Progress, Proof, Report, Result, Status, silent
+from tcp.stop import Clock, Stop
+from tcp.validate.route import faults
+
+
+@dataclass(frozen=True)
+class Entry:
+    """One row of the registry.
+
+    The module offers ``run(instance, *, rng, clock, report, **options) ->
+    Outcome`` and ``refusal(instance) -> str | None``, the sentence that says
+    why it cannot take an instance.  It is imported only when it is used.
+    """
+
+    module: str
+    exact: bool
+    libraries: tuple[str, ...] = ()
+
+
+SOLVERS: Mapping[str, Entry] = {}
+
+
+class SolverError(TcpError):
+    """A solver returned something that is not true: a bug in ``tcp``, never the user's fault."""
+
+
+def solve(
+    instance: Instance,
+    solver: str = "auto",
+    *,
+    stop: Stop | None = None,
+    seed: int = 0,
+    exact: bool = False,
+    report: Report = silent,
+    **options: Any,
+) -> Result:
+    """Solve an instance and check the answer.
+
+    Parameters
+    ----------
+    instance : Instance
+        The problem.
+    solver : str
+        A name of :data:`SOLVERS`, or ``auto``.
+    stop : Stop, optional
+        When to return early; without one, an exact solver runs to its proof.
+    seed : int
+        Source of all randomness, >= 0: the same seed gives the same route.
+    exact : bool
+        Ask for a proof: refuses solvers that cannot give one.
+    report : callable
+        Receives :class:`Progress` while the solver runs.
+    **options
+        The solver's own options.
+
+    Returns
+    -------
+    Result
+        The route, re-costed and validated, with its bound, status and proof.
+
+    Raises
+    ------
+    UsageError
+        For an unknown solver or option, or an instance the solver cannot take.
+    SolverError
+        If the solver's answer does not hold.
+    """
+    name = choose(instance, exact) if solver == "auto" else solver
+    entry, module = _look_up(name, exact)
+    _check_call(name, module, instance, seed, options)
+    if exact and "exact" in inspect.signature(module.run).parameters:
+        options["exact"] = True
+    clock, trace = Clock(stop or Stop()), _Trace(report)
+    with _interruptible(clock):
+        outcome: Outcome = module.run(
+            instance, rng=np.random.default_rng(seed), clock=clock, report=trace, **options
+        )
+    return _checked(instance, name, entry, outcome, seed, clock.elapsed, tuple(trace.kept))
+
+
+def choose(instance: Instance, exact: bool) -> str:
+    """The solver that ``auto`` stands for: by size and by whether a proof is asked for."""
+    if len(instance) <= 12:
+        return "held-karp"
+    return "cp-sat" if exact else "routing"
+
+
+def _look_up(name: str, exact: bool) -> tuple[Entry, ModuleType]:
+    if name not in SOLVERS:
+        raise UsageError(f"unknown solver {name!r}; expected auto or one of {', '.join(SOLVERS)}")
+    entry = SOLVERS[name]
+    if exact and not entry.exact:
+        raise UsageError(f"{name} cannot prove a route optimal; drop --exact or choose another")
+    return entry, import_module(entry.module)
+
+
+def _check_call(
+    name: str, module: ModuleType, instance: Instance, seed: int, options: Mapping[str, Any]
+) -> None:
+    if seed < 0:
+        raise UsageError(f"the seed must be 0 or more, not {seed}")
+    known = set(inspect.signature(module.run).parameters) - {"instance", "rng", "clock", "report"}
+    for option in options:
+        if option not in known:
+            offered = ", ".join(sorted(known)) or "no options"
+            raise UsageError(f"{name} has no option {option!r}; it takes {offered}")
+    refusal = module.refusal(instance)
+    if refusal:
+        raise UsageError(f"{name} cannot solve {instance.name}: {refusal}")
+
+
+class _Trace:
+    """Passes news on and keeps those that improve the route or the bound."""
+
+    def __init__(self, report: Report):
+        self.kept: list[Progress] = []
+        self._report = report
+        self._cost: float = float("inf")
+        self._bound: float = float("-inf")
+
+    def __call__(self, news: Progress) -> None:
+        cost = self._cost if news.cost is None else news.cost
+        bound = self._bound if news.bound is None else news.bound
+        if cost < self._cost or bound > self._bound:
+            self.kept.append(news)
+        self._cost, self._bound = min(cost, self._cost), max(bound, self._bound)
+        self._report(news)
+
+
+@contextmanager
+def _interruptible(clock: Clock) -> Iterator[None]:
+    """First Ctrl-C asks for the best so far; a second one stops at once."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+
+    def handler(number: int, frame: FrameType | None) -> None:
+        if clock.interrupted:
+            raise KeyboardInterrupt
+        clock.interrupt()
+
+    before = signal.signal(signal.SIGINT, handler)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)
+
+
+def _checked(
+    instance: Instance,
+    name: str,
+    entry: Entry,
+    outcome: Outcome,
+    seed: int,
+    seconds: float,
+    trace: tuple[Progress, ...],
+) -> Result:
+    cost = None
+    if outcome.route is not None:
+        wrong = faults(instance, outcome.route)
+        if wrong:
+            raise SolverError(f"{name} returned a route that is none: {wrong[0]}")
+        cost = instance.cost(outcome.route)
+    bound = sharpen(instance, outcome.bound)
+    if cost is not None and bound is not None and bound > cost:
+        raise SolverError(f"{name} claims the bound {bound}, above its own route of {cost}")
+    status = _status(cost, bound, outcome.infeasible)
+    proved = status in (Status.OPTIMAL, Status.INFEASIBLE)
+    return Result(
+        instance=instance,
+        route=outcome.route,
+        cost=cost,
+        bound=bound,
+        status=status,
+        proof=Proof.TRUSTED if proved else Proof.NONE,
+        stopped=outcome.stopped,
+        solver=outcome.solver or name,
+        seed=seed,
+        seconds=seconds,
+        versions=versions(entry.libraries),
+        details=outcome.details,
+        trace=trace,
+    )
+
+
+def sharpen(instance: Instance, bound: int | None) -> int | None:
+    """The smallest multiple of the granularity that is not below ``bound``."""
+    g = instance.granularity
+    return None if bound is None else -(-bound // g) * g
+
+
+def _status(cost: int | None, bound: int | None, infeasible: bool) -> Status:
+    if infeasible:
+        return Status.INFEASIBLE
+    if cost is None:
+        return Status.UNKNOWN
+    return Status.OPTIMAL if cost == bound else Status.FEASIBLE
+
+
+def versions(libraries: tuple[str, ...] = ()) -> dict[str, str]:
+    """Versions of Python, tcp, numpy and the named libraries."""
+    found = {"python": platform.python_version()}
+    packages = {"tcp": "tcp-drill", "numpy": "numpy", **{name: name for name in libraries}}
+    for name, package in packages.items():
+        try:
+            found[name] = version(package)
+        except PackageNotFoundError:
+            found[name] = "not installed"
+    return found

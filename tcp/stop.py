@@ -1,0 +1,99 @@
+"""When to stop: an immutable wish, and the clock that watches over it."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from enum import StrEnum
+from fractions import Fraction
+
+from tcp.errors import UsageError
+
+
+class StopReason(StrEnum):
+    """Why a solver came back."""
+
+    COMPLETED = "completed"
+    TIME = "time limit"
+    ITERATIONS = "iteration limit"
+    GAP = "gap reached"
+    TARGET = "target reached"
+    INTERRUPTED = "interrupted"
+
+
+@dataclass(frozen=True)
+class Stop:
+    """Conditions under which a solver may return early; whichever holds first.
+
+    Parameters
+    ----------
+    time : float, optional
+        Seconds of wall time, >= 0.
+    iterations : int, optional
+        Iterations in the solver's own sense, >= 0.
+    gap : float, optional
+        Relative gap (cost - bound) / cost that is good enough, >= 0.
+    target : int or Fraction, optional
+        Cost in quanta that is good enough.
+    """
+
+    time: float | None = None
+    iterations: int | None = None
+    gap: float | None = None
+    target: int | Fraction | None = None
+
+    def __post_init__(self) -> None:
+        for name in ("time", "iterations", "gap"):
+            value = getattr(self, name)
+            if value is not None and not value >= 0:
+                raise UsageError(f"the {name} limit must be 0 or more, not {value}")
+
+
+class Clock:
+    """A running stop: started by the facade, polled by the solver.
+
+    ``interrupt`` asks for the best so far (Ctrl-C does); polling after that
+    answers :attr:`StopReason.INTERRUPTED`.
+    """
+
+    def __init__(self, stop: Stop, now: Callable[[], float] = time.monotonic):
+        self.stop = stop
+        self._now = now
+        self._started = now()
+        self.interrupted = False
+
+    def interrupt(self) -> None:
+        """Ask the solver to return what it has."""
+        self.interrupted = True
+
+    @property
+    def elapsed(self) -> float:
+        """Seconds since the start."""
+        return self._now() - self._started
+
+    @property
+    def remaining(self) -> float:
+        """Seconds left; infinite without a time limit, never negative."""
+        if self.stop.time is None:
+            return float("inf")
+        return max(0.0, self.stop.time - self.elapsed)
+
+    def reason(
+        self, cost: int | None = None, bound: int | None = None, iterations: int = 0
+    ) -> StopReason | None:
+        """The condition that holds now, or None to go on."""
+        stop = self.stop
+        if self.interrupted:
+            return StopReason.INTERRUPTED
+        if stop.time is not None and self.elapsed >= stop.time:
+            return StopReason.TIME
+        if stop.iterations is not None and iterations >= stop.iterations:
+            return StopReason.ITERATIONS
+        if cost is None:
+            return None
+        if stop.target is not None and cost <= stop.target:
+            return StopReason.TARGET
+        if stop.gap is not None and bound is not None and cost - bound <= stop.gap * cost:
+            return StopReason.GAP
+        return None

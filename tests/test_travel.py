@@ -1,0 +1,118 @@
+"""Travel costs: integer rules against exact rational arithmetic, compiled against vectorised."""
+
+from __future__ import annotations
+
+import math
+from fractions import Fraction
+
+import numpy as np
+import pytest
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
+
+from tcp.errors import UsageError
+from tcp.kernels import cost_of_move, pack
+from tcp.travel import Model, Rounding, Travel, parse_model
+
+speeds = st.fractions(Fraction(1, 7), 9, max_denominator=7)
+quanta = st.sampled_from([None, Fraction(1), Fraction(1, 1000), Fraction(1, 3)])
+steps = st.sampled_from([Fraction(1), Fraction(1, 1000), Fraction(254, 100_000)])
+distances = st.integers(-20_000, 20_000)
+
+
+def travels() -> st.SearchStrategy[Travel]:
+    return st.builds(
+        Travel,
+        model=st.sampled_from([m for m in Model if m is not Model.EXPLICIT]),
+        vx=speeds,
+        vy=speeds,
+        ax=speeds,
+        ay=speeds,
+        axes=st.sampled_from([Model.SEQUENTIAL, Model.SIMULTANEOUS]),
+        quantum=quanta,
+        rounding=st.sampled_from(Rounding),
+    )
+
+
+def rounded_root(value: Fraction, up: bool) -> int:
+    """Root of a rational, rounded, by integer square roots alone."""
+    k = math.isqrt(math.floor(value))
+    if up:
+        return k if k * k == value else k + 1
+    return k + 1 if (2 * k + 1) ** 2 <= 4 * value else k
+
+
+def rounded(value: Fraction, up: bool) -> int:
+    return math.ceil(value) if up else math.floor(value + Fraction(1, 2))
+
+
+def oracle(travel: Travel, step: Fraction, quantum: Fraction, dx: int, dy: int) -> int:
+    """The definition, in fractions."""
+    up = travel.rounding is Rounding.UP
+    tx, ty = abs(dx) * step / travel.vx, abs(dy) * step / travel.vy
+    if travel.model is Model.SEQUENTIAL:
+        return rounded((tx + ty) / quantum, up)
+    if travel.model is Model.SIMULTANEOUS:
+        return rounded(max(tx, ty) / quantum, up)
+    if travel.model is Model.EUCLIDEAN:
+        return rounded_root((tx**2 + ty**2) / quantum**2, up)
+    assert travel.ax is not None and travel.ay is not None
+    times = []
+    for d, v, a in ((dx, travel.vx, travel.ax), (dy, travel.vy, travel.ay)):
+        length = abs(d) * step
+        if length >= v * v / a:
+            times.append(rounded((length / v + v / a) / quantum, up))
+        else:
+            times.append(rounded_root(4 * length / a / quantum**2, up))
+    return sum(times) if travel.axes is Model.SEQUENTIAL else max(times)
+
+
+@settings(max_examples=300, deadline=None)
+@given(travels(), steps, st.lists(st.tuples(distances, distances), min_size=1, max_size=5))
+def test_costs_follow_the_definition(travel, step, moves):
+    try:
+        rule = travel.rule(step, (20_000, 20_000), 50)
+    except UsageError:
+        assume(False)
+    dx, dy = (np.array(v, np.int64) for v in zip(*moves, strict=True))
+    expected = [oracle(travel, step, rule.quantum, x, y) for x, y in moves]
+    assert rule.costs(dx, dy).tolist() == expected
+    packed = pack(rule)
+    assert [cost_of_move(packed, x, y) for x, y in moves] == expected
+
+
+def test_an_axis_at_rest_costs_nothing():
+    travel = Travel(Model.TRAPEZOIDAL, ax=Fraction(1), ay=Fraction(1))
+    rule = travel.rule(Fraction(1), (10, 10), 5)
+    assert rule.costs(np.array([0]), np.array([0])).tolist() == [0]
+
+
+def test_linear_models_are_exact_in_the_largest_common_unit():
+    rule = Travel(vx=Fraction(2), vy=Fraction(3)).rule(Fraction(1, 10), (100, 100), 10)
+    assert rule.quantum == Fraction(1, 60)
+    assert rule.costs(np.array([1]), np.array([1])).tolist() == [3 + 2]
+
+
+@pytest.mark.parametrize("name", ["vx", "vy", "ax", "quantum"])
+@pytest.mark.parametrize("value", [0, -1])
+def test_speeds_and_quanta_are_positive(name, value):
+    with pytest.raises(UsageError, match=f"{name} must be greater than 0"):
+        Travel(**{name: Fraction(value)})
+
+
+def test_trapezoidal_needs_accelerations():
+    with pytest.raises(UsageError, match="accelerations"):
+        Travel(Model.TRAPEZOIDAL)
+
+
+def test_costs_beyond_62_bits_are_refused():
+    travel = Travel(Model.EUCLIDEAN, quantum=Fraction(1, 10**9))
+    with pytest.raises(UsageError, match="larger quantum"):
+        travel.rule(Fraction(1), (10**6, 10**6), 10)
+
+
+def test_models_have_the_papers_names():
+    assert parse_model("case1") is Model.SEQUENTIAL
+    assert parse_model("Case2") is Model.SIMULTANEOUS
+    with pytest.raises(UsageError, match="unknown travel model 'walk'"):
+        parse_model("walk")
