@@ -204,9 +204,9 @@ def _checked(
 
 
 def sharpen(instance: Instance, bound: int | None) -> int | None:
-    """The smallest multiple of the granularity that is not below ``bound``."""
+    """The smallest cost not below ``bound``: a multiple of the granularity, and >= 0."""
     g = instance.granularity
-    return None if bound is None else -(-bound // g) * g
+    return None if bound is None else max(0, -(-bound // g) * g)
 
 
 def _status(cost: int | None, bound: int | None, infeasible: bool) -> Status:
