@@ -8,7 +8,7 @@ import signal
 import threading
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from importlib import import_module
 from importlib.metadata import PackageNotFoundError, version
 from types import FrameType, ModuleType
@@ -37,7 +37,9 @@ class Entry:
     libraries: tuple[str, ...] = ()
 
 
-SOLVERS: Mapping[str, Entry] = {}
+SOLVERS: Mapping[str, Entry] = {
+    "held-karp": Entry("tcp.exact.held_karp", exact=True, libraries=("numba",)),
+}
 
 
 class SolverError(TcpError):
@@ -85,7 +87,7 @@ def solve(
     SolverError
         If the solver's answer does not hold.
     """
-    name = choose(instance, exact) if solver == "auto" else solver
+    name, why = choose(instance, exact) if solver == "auto" else (solver, "")
     entry, module = _look_up(name, exact)
     _check_call(name, module, instance, seed, options)
     if exact and "exact" in inspect.signature(module.run).parameters:
@@ -95,14 +97,40 @@ def solve(
         outcome: Outcome = module.run(
             instance, rng=np.random.default_rng(seed), clock=clock, report=trace, **options
         )
+    if why:
+        outcome = replace(outcome, details={"auto": f"{name}: {why}", **outcome.details})
     return _checked(instance, name, entry, outcome, seed, clock.elapsed, tuple(trace.kept))
 
 
-def choose(instance: Instance, exact: bool) -> str:
-    """The solver that ``auto`` stands for: by size and by whether a proof is asked for."""
-    if len(instance) <= 12:
-        return "held-karp"
-    return "cp-sat" if exact else "routing"
+SMALL = 12
+"""Up to so many holes the dynamic programme answers before others have set up their model."""
+
+PROVERS = ("branch-and-cut", "cp-sat", "held-karp")
+"""Who proves beyond that, in order of preference."""
+
+SEEKERS = ("local-search", "routing", "cp-sat", "held-karp")
+"""Who looks for a good route without a proof, in order of preference."""
+
+
+def choose(instance: Instance, exact: bool) -> tuple[str, str]:
+    """The solver that ``auto`` stands for and why: by size, ends and whether a proof is wanted.
+
+    Raises
+    ------
+    UsageError
+        If every solver refuses the instance.
+    """
+    n = len(instance)
+    if n <= SMALL:
+        return "held-karp", f"{n} holes fit the dynamic programme, which always proves"
+    aim = "a proof" if exact else "a good route"
+    refusals: list[str] = []
+    for name in filter(SOLVERS.__contains__, PROVERS if exact else SEEKERS):
+        refusal = import_module(SOLVERS[name].module).refusal(instance)
+        if refusal is None:
+            return name, f"the first choice for {aim} over {n} holes" + "".join(refusals)
+        refusals.append(f"; {name} refused, because {refusal}")
+    raise UsageError(f"no solver takes {instance.name} with {n} holes" + "".join(refusals))
 
 
 def _look_up(name: str, exact: bool) -> tuple[Entry, ModuleType]:
