@@ -1,0 +1,483 @@
+"""Certificates: a proof about an instance, in memory and as canonical JSON.
+
+The format is specified in ``docs/certificate.md``.  What a certificate means,
+and whether it proves what it claims, is decided by the independent checker
+:mod:`tcp.validate.certificate`, which shares no code with this module.
+
+Nodes are those of the instance's :class:`~tcp.instance.TourForm`: holes, then
+home, then the virtual node.  A certificate is built from a :class:`Pool` of
+node sets and cuts and a flat list of tree nodes (root first, children by
+index), so that trees of any depth need no recursion::
+
+    pool = Pool()
+    cut = pool.cut([{0, 1, 2}])                      # subtour: x(d(S)) >= 2
+    comb = pool.cut([handle, tooth1, tooth2, tooth3])
+    duals = Duals(scale=1000, potentials=pi, cuts=((cut, 500), (comb, 250)))
+    proof = Certificate.for_instance(instance, lower=70, route=route, pool=pool,
+                                     tree=[Leaf(duals)])
+    write(proof, "wp.cert.json.gz")
+"""
+
+from __future__ import annotations
+
+import gzip
+import json
+import os
+import tempfile
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from tcp.errors import InputError
+from tcp.instance import Instance
+from tcp.travel import Ints, describe
+
+FORMAT = "tcp-certificate"
+VERSION = 1
+
+MAX_BYTES = 2**28
+"""Largest certificate that is read, uncompressed (256 MiB)."""
+
+
+@dataclass(frozen=True, eq=False)
+class Duals:
+    """Integer dual multipliers: one lower bound on every tour of a subtree.
+
+    Parameters
+    ----------
+    scale : int
+        Weight of the costs, >= 0: the reduced cost of a pair starts from
+        ``scale * cost``.  0 makes the vector a Farkas ray, which proves that a
+        subtree holds no tour at all.
+    potentials : int64 array of shape (form.size,)
+        One multiplier per node, of any sign.
+    cuts : tuple of (int, int)
+        (index of a cut in the pool, multiplier > 0).
+    branches : tuple of (int, int)
+        (index of a set in the pool, multiplier) for set branches above this
+        node: > 0 uses ``x(d(S)) >= 4``, < 0 uses ``x(d(S)) <= 2``.
+    """
+
+    scale: int
+    potentials: Ints
+    cuts: tuple[tuple[int, int], ...] = ()
+    branches: tuple[tuple[int, int], ...] = ()
+
+
+@dataclass(frozen=True)
+class EdgeBranch:
+    """Either the tour avoids the edge ``i``–``j`` (child ``absent``) or uses it."""
+
+    i: int
+    j: int
+    absent: int
+    present: int
+
+
+@dataclass(frozen=True)
+class SetBranch:
+    """Either two tour edges leave the set (child ``two``) or at least four (child ``four``)."""
+
+    nodes: int
+    two: int
+    four: int
+
+
+@dataclass(frozen=True)
+class Fix:
+    """Duals whose reduced costs settle pairs for the whole subtree below ``child``."""
+
+    duals: Duals
+    child: int
+
+
+@dataclass(frozen=True)
+class Leaf:
+    """A closed node: its duals reach the claim; None if its branches contradict each other."""
+
+    duals: Duals | None
+
+
+Node = EdgeBranch | SetBranch | Fix | Leaf
+
+
+class Pool:
+    """Node sets and cuts, each kept once.
+
+    Attributes
+    ----------
+    sets : list of tuple of int
+        Sorted node sets.
+    cuts : list of tuple of int
+        Indices into ``sets``: one set is a subtour cut, a handle followed by
+        an odd number of at least three disjoint teeth is a comb.
+    """
+
+    def __init__(self) -> None:
+        self.sets: list[tuple[int, ...]] = []
+        self.cuts: list[tuple[int, ...]] = []
+        self._set_at: dict[tuple[int, ...], int] = {}
+        self._cut_at: dict[tuple[int, ...], int] = {}
+
+    def set(self, nodes: Iterable[int]) -> int:
+        """Index of a node set, entered if it is new."""
+        key = tuple(sorted({int(v) for v in nodes}))
+        if key not in self._set_at:
+            self._set_at[key] = len(self.sets)
+            self.sets.append(key)
+        return self._set_at[key]
+
+    def cut(self, sets: Iterable[Iterable[int]]) -> int:
+        """Index of the cut over these node sets, entered if it is new."""
+        key = tuple(self.set(nodes) for nodes in sets)
+        if key not in self._cut_at:
+            self._cut_at[key] = len(self.cuts)
+            self.cuts.append(key)
+        return self._cut_at[key]
+
+
+@dataclass(frozen=True, eq=False)
+class Certificate:
+    """A proof, complete with the instance it is about.
+
+    Parameters
+    ----------
+    instance : mapping
+        The instance as plain data; see :func:`instance_data`.
+    lower : int or None
+        Claimed lower bound on every route, in quanta; None claims that no
+        route exists at all.
+    upper : int or None
+        Claimed cost of ``route``.
+    route : tuple of int or None
+        Holes in drilling order, by position in the workpiece.
+    sets, cuts : tuples
+        The pool; see :class:`Pool`.
+    tree : tuple of Node
+        Preorder: the root first, every child after its parent.
+    """
+
+    instance: Mapping[str, Any] = field(repr=False)
+    lower: int | None
+    upper: int | None
+    route: tuple[int, ...] | None = field(repr=False)
+    sets: tuple[tuple[int, ...], ...] = field(repr=False)
+    cuts: tuple[tuple[int, ...], ...] = field(repr=False)
+    tree: tuple[Node, ...] = field(repr=False)
+
+    @classmethod
+    def for_instance(
+        cls,
+        instance: Instance,
+        *,
+        lower: int | None,
+        route: Sequence[int] | None = None,
+        pool: Pool | None = None,
+        tree: Sequence[Node],
+    ) -> Certificate:
+        """A certificate about ``instance``.
+
+        Parameters
+        ----------
+        instance : Instance
+            The problem.
+        lower : int or None
+            Lower bound to claim, in quanta; None claims infeasibility.
+        route : sequence of int, optional
+            A route; the claimed upper bound is its cost.
+        pool : Pool, optional
+            Sets and cuts that the duals speak of; unused ones are left out.
+        tree : sequence of Node
+            Tree nodes in any order, the root first; unreached ones are refused.
+
+        Raises
+        ------
+        ValueError
+            If the nodes do not form one tree.
+        """
+        pool = pool or Pool()
+        order = preorder(tree)
+        place = {old: new for new, old in enumerate(order)}
+        nodes = [_moved(tree[old], place) for old in order]
+        sets, cuts, nodes = _used(pool, nodes)
+        return cls(
+            instance=instance_data(instance),
+            lower=None if lower is None else int(lower),
+            upper=None if route is None else instance.cost(route),
+            route=None if route is None else tuple(int(v) for v in route),
+            sets=sets,
+            cuts=cuts,
+            tree=tuple(nodes),
+        )
+
+
+def children(node: Node) -> tuple[int, ...]:
+    """Indices of a tree node's children."""
+    match node:
+        case EdgeBranch():
+            return node.absent, node.present
+        case SetBranch():
+            return node.two, node.four
+        case Fix():
+            return (node.child,)
+        case Leaf():
+            return ()
+
+
+def preorder(tree: Sequence[Node]) -> list[int]:
+    """Indices of a flat tree from the root (index 0) on, parents first.
+
+    Raises
+    ------
+    ValueError
+        If a node is missing, reached twice or not reached.
+    """
+    order: list[int] = []
+    stack, reached = [0], {0}
+    while stack:
+        at = stack.pop()
+        order.append(at)
+        for child in reversed(children(tree[at])):
+            if not 0 <= child < len(tree) or child in reached:
+                raise ValueError(f"tree node {at} has no child {child} of its own")
+            reached.add(child)
+            stack.append(child)
+    if len(order) != len(tree):
+        raise ValueError(f"{len(tree) - len(order)} tree nodes hang on no parent")
+    return order
+
+
+def instance_data(instance: Instance) -> dict[str, Any]:
+    """The instance as a certificate states it: exact integers and fractions as text."""
+    piece, ids = instance.workpiece, instance.workpiece.ids
+    data: dict[str, Any] = {
+        "name": piece.name,
+        "step": str(piece.step),
+        "ids": list(ids),
+        "x": piece.x.tolist(),
+        "y": piece.y.tolist(),
+        "travel": describe(instance.travel),
+        "quantum": str(instance.quantum),
+        "ends": instance.ends.describe(ids),
+        "rules": instance.rules.describe(ids),
+        "sha256": instance.sha256,
+    }
+    if piece.matrix is not None:
+        data["matrix"] = [row[: i + 1].tolist() for i, row in enumerate(piece.matrix)]
+    return data
+
+
+def to_text(certificate: Certificate) -> str:
+    """Canonical JSON: the same certificate always gives the same text."""
+    claim: dict[str, Any] = {}
+    if certificate.lower is None:
+        claim["infeasible"] = True
+    else:
+        claim["lower"] = certificate.lower
+    if certificate.upper is not None:
+        claim["upper"] = certificate.upper
+    data: dict[str, Any] = {
+        "format": FORMAT,
+        "version": VERSION,
+        "instance": dict(certificate.instance),
+        "claim": claim,
+    }
+    if certificate.route is not None:
+        data["route"] = list(certificate.route)
+    data["sets"] = [_runs(nodes) for nodes in certificate.sets]
+    data["cuts"] = [list(cut) for cut in certificate.cuts]
+    before = np.zeros(0, dtype=np.int64)
+    rows = []
+    for node in certificate.tree:
+        row, before = _node_data(node, before)
+        rows.append(_compact(row))
+    head = ",\n".join(f'"{key}":{_compact(value)}' for key, value in data.items())
+    return "{" + head + ',\n"tree":[\n' + ",\n".join(rows) + "\n]}\n"
+
+
+def from_text(text: str, path: str | Path | None = None) -> Certificate:
+    """The certificate that :func:`to_text` wrote; structure only, nothing is proved here.
+
+    Raises
+    ------
+    InputError
+        If the text is no certificate of this version.
+    """
+    try:
+        data = json.loads(text)
+        if data["format"] != FORMAT or data["version"] != VERSION:
+            raise InputError(f"not a {FORMAT} of version {VERSION}", path)
+        size = len(data["instance"]["ids"]) + 2
+        before = np.zeros(0, dtype=np.int64)
+        tree: list[Node] = []
+        for row in data["tree"]:
+            node, before = _node_from(row, before)
+            tree.append(node)
+        route = data.get("route")
+        return Certificate(
+            instance=data["instance"],
+            lower=data["claim"].get("lower"),
+            upper=data["claim"].get("upper"),
+            route=None if route is None else tuple(route),
+            sets=tuple(_nodes(runs, size) for runs in data["sets"]),
+            cuts=tuple(tuple(cut) for cut in data["cuts"]),
+            tree=tuple(tree),
+        )
+    except (KeyError, TypeError, ValueError, AttributeError, OverflowError, RecursionError) as e:
+        raise InputError(f"malformed certificate ({type(e).__name__}: {e})", path) from None
+
+
+def write(certificate: Certificate, path: str | Path) -> Path:
+    """Write a certificate, gzipped if the name ends in ``.gz``; the file appears whole or not."""
+    path = Path(path)
+    data = to_text(certificate).encode()
+    if path.suffix == ".gz":
+        data = gzip.compress(data, mtime=0)
+    handle, name = tempfile.mkstemp(dir=path.parent, prefix=path.name, suffix=".tmp")
+    try:
+        with os.fdopen(handle, "wb") as stream:
+            stream.write(data)
+        Path(name).chmod(0o644)
+        Path(name).replace(path)
+    except BaseException:
+        Path(name).unlink(missing_ok=True)
+        raise
+    return path
+
+
+def read(path: str | Path) -> Certificate:
+    """Read a certificate file, gzipped or not.
+
+    Raises
+    ------
+    InputError
+        If the file is missing, too large or malformed.
+    """
+    path = Path(path)
+    try:
+        with path.open("rb") as raw:
+            zipped = raw.read(2) == b"\x1f\x8b"
+        with gzip.open(path) if zipped else path.open("rb") as stream:
+            data = stream.read(MAX_BYTES + 1)
+        if len(data) > MAX_BYTES:
+            raise InputError(f"a certificate has at most {MAX_BYTES} bytes", path)
+        return from_text(data.decode(), path)
+    except (OSError, EOFError, UnicodeDecodeError) as error:
+        raise InputError(f"cannot read the certificate ({error})", path) from None
+
+
+def _moved(node: Node, place: Mapping[int, int]) -> Node:
+    match node:
+        case EdgeBranch():
+            return EdgeBranch(node.i, node.j, place[node.absent], place[node.present])
+        case SetBranch():
+            return SetBranch(node.nodes, place[node.two], place[node.four])
+        case Fix():
+            return Fix(node.duals, place[node.child])
+        case Leaf():
+            return node
+
+
+def _used(
+    pool: Pool, nodes: list[Node]
+) -> tuple[tuple[tuple[int, ...], ...], tuple[tuple[int, ...], ...], list[Node]]:
+    """The part of the pool that the tree speaks of, renumbered in order of appearance."""
+    small = Pool()
+
+    def fresh(duals: Duals) -> Duals:
+        cuts = [(small.cut(pool.sets[s] for s in pool.cuts[k]), int(y)) for k, y in duals.cuts]
+        branches = [(small.set(pool.sets[s]), int(y)) for s, y in duals.branches]
+        return replace(duals, cuts=tuple(sorted(cuts)), branches=tuple(sorted(branches)))
+
+    renumbered: list[Node] = []
+    for node in nodes:
+        match node:
+            case SetBranch():
+                renumbered.append(replace(node, nodes=small.set(pool.sets[node.nodes])))
+            case Fix():
+                renumbered.append(replace(node, duals=fresh(node.duals)))
+            case Leaf() if node.duals is not None:
+                renumbered.append(Leaf(fresh(node.duals)))
+            case _:
+                renumbered.append(node)
+    return tuple(small.sets), tuple(small.cuts), renumbered
+
+
+def _compact(value: Any) -> str:
+    return json.dumps(value, separators=(",", ":"), ensure_ascii=False)
+
+
+def _runs(nodes: Sequence[int]) -> list[int]:
+    """Sorted nodes as first, last, first, last, ... of their runs."""
+    runs: list[int] = []
+    for node in nodes:
+        if runs and runs[-1] == node - 1:
+            runs[-1] = node
+        else:
+            runs += [node, node]
+    return runs
+
+
+def _nodes(runs: Sequence[int], limit: int) -> tuple[int, ...]:
+    if runs and not 0 <= min(runs) <= max(runs) < limit:
+        raise ValueError(f"a set names node {max(runs)}")
+    pairs = zip(runs[::2], runs[1::2], strict=True)
+    return tuple(v for first, last in pairs for v in range(first, last + 1))
+
+
+def _node_data(node: Node, before: Ints) -> tuple[dict[str, Any], Ints]:
+    """A tree node as JSON, and the potentials that the next vector is coded against."""
+    match node:
+        case EdgeBranch():
+            return {"edge": [node.i, node.j], "children": [node.absent, node.present]}, before
+        case SetBranch():
+            return {"set": node.nodes, "children": [node.two, node.four]}, before
+        case Fix():
+            duals, after = _duals_data(node.duals, before)
+            return {"fix": duals, "child": node.child}, after
+        case Leaf():
+            if node.duals is None:
+                return {"leaf": None}, before
+            duals, after = _duals_data(node.duals, before)
+            return {"leaf": duals}, after
+
+
+def _duals_data(duals: Duals, before: Ints) -> tuple[dict[str, Any], Ints]:
+    after = np.asarray(duals.potentials, dtype=np.int64)
+    change = after - before if before.size else after
+    data: dict[str, Any] = {"scale": int(duals.scale), "pi": change.tolist()}
+    if duals.cuts:
+        data["cuts"] = [int(v) for pair in duals.cuts for v in pair]
+    if duals.branches:
+        data["branches"] = [int(v) for pair in duals.branches for v in pair]
+    return data, after
+
+
+def _node_from(row: Mapping[str, Any], before: Ints) -> tuple[Node, Ints]:
+    if "edge" in row:
+        (i, j), (absent, present) = row["edge"], row["children"]
+        return EdgeBranch(i, j, absent, present), before
+    if "set" in row:
+        two, four = row["children"]
+        return SetBranch(row["set"], two, four), before
+    if "fix" in row:
+        duals = _duals_from(row["fix"], before)
+        return Fix(duals, row["child"]), duals.potentials
+    if row["leaf"] is None:
+        return Leaf(None), before
+    duals = _duals_from(row["leaf"], before)
+    return Leaf(duals), duals.potentials
+
+
+def _duals_from(data: Mapping[str, Any], before: Ints) -> Duals:
+    change = np.array(data["pi"], dtype=np.int64)
+    cuts, branches = data.get("cuts", []), data.get("branches", [])
+    return Duals(
+        scale=data["scale"],
+        potentials=change + before if before.size else change,
+        cuts=tuple(zip(cuts[::2], cuts[1::2], strict=True)),
+        branches=tuple(zip(branches[::2], branches[1::2], strict=True)),
+    )
