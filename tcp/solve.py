@@ -39,6 +39,7 @@ class Entry:
 
 SOLVERS: Mapping[str, Entry] = {
     "held-karp": Entry("tcp.exact.held_karp", exact=True, libraries=("numba",)),
+    "cp-sat": Entry("tcp.exact.cp_sat", exact=True, libraries=("ortools",)),
 }
 
 
