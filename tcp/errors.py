@@ -21,7 +21,9 @@ class Exit(IntEnum):
     INFEASIBLE = 4
     NO_PROOF = 5
     UNSUPPORTED = 6
+    OUTPUT = 7
     INTERNAL = 70
+    INTERRUPTED = 130
 
 
 class TcpError(Exception):
@@ -56,6 +58,12 @@ class InputError(TcpError):
         self.line = line
         where = "" if path is None else f"{path}: " if line is None else f"{path}:{line}: "
         super().__init__(where + message)
+
+
+class OutputError(TcpError):
+    """A file cannot be written; what stood there before is untouched."""
+
+    exit_code = Exit.OUTPUT
 
 
 class InfeasibleError(TcpError):

@@ -1,0 +1,163 @@
+"""``tcp solve``: the shortest drilling order of each file."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from fractions import Fraction
+from pathlib import Path
+from typing import Any
+
+import click
+
+from tcp.cli.main import complain
+from tcp.cli.options import Problem, number, problem_options, setting
+from tcp.cli.terminal import on_terminal, output_path, tell
+from tcp.errors import Exit, TcpError
+from tcp.instance import Instance
+from tcp.report.data import result_data
+from tcp.report.route import save_route
+from tcp.report.table import summary
+from tcp.result import Report, Result, Status, silent
+from tcp.solve import SOLVERS, solve
+from tcp.stop import Stop, StopReason
+
+EPILOG = """\b
+Examples:
+  tcp solve --exact data/wp2.csv
+  tcp solve --travel case2 --start 49 --time-limit 10 data/wp3.csv
+  tcp solve --home 0,0 --legs out --json data/fa14.csv
+  tcp solve --solver milp --formulation mtz --set backend=cbc data/wp1.csv
+  tcp solve --exact --closed --out berlin52.tour berlin52.tsp
+  tcp solve --out route.csv --plot route.svg board.csv
+
+\b
+Exit codes: 0 done (with --exact: proved), 2 usage, 3 unreadable or invalid
+input, 4 infeasible, 5 no proof (or no route) within the limits, 7 an output
+file cannot be written, 70 internal error, 130 interrupted without a result.
+With several files the highest one counts."""
+
+
+@dataclass(frozen=True)
+class Run:
+    """How to solve, the same for every file of a call."""
+
+    solver: str
+    exact: bool
+    time_limit: float | None
+    gap: float | None
+    goal: Fraction | None
+    iterations: int | None
+    seed: int
+    settings: dict[str, Any]
+    live: bool
+
+    def __call__(self, instance: Instance) -> Result:
+        """Solve one instance, with a live line where one is wanted."""
+        if not self.live:
+            return self._solve(instance, silent)
+        from tcp.report.live import live_line
+
+        with live_line(instance) as report:
+            return self._solve(instance, report)
+
+    def _solve(self, instance: Instance, report: Report) -> Result:
+        goal = None if self.goal is None else self.goal / instance.quantum
+        return solve(
+            instance,
+            self.solver,
+            stop=Stop(self.time_limit, self.iterations, self.gap, goal),
+            seed=self.seed,
+            exact=self.exact,
+            report=report,
+            **self.settings,
+        )
+
+
+@dataclass(frozen=True)
+class Outputs:
+    """Where the answers go."""
+
+    as_json: bool
+    out: Path | None
+    plot: Path | None
+    many: bool
+
+    def __call__(self, result: Result, path: Path) -> None:
+        """Print one result and write its files."""
+        click.echo(json.dumps(result_data(result)) if self.as_json else summary(result))
+        if result.route is None:
+            return
+        if self.out is not None:
+            save_route(result, output_path(self.out, path, self.many, ".route.csv"))
+        if self.plot is not None:
+            from tcp.report.plot import save_plot
+
+            save_plot(result, output_path(self.plot, path, self.many, ".svg"))
+
+
+@click.command(epilog=EPILOG)
+@click.argument(
+    "files", nargs=-1, required=True, metavar="FILE...", type=click.Path(path_type=Path)
+)
+@click.option("--solver", default="auto", show_default=True, help=f"auto, {', '.join(SOLVERS)}.")
+@click.option("--exact", is_flag=True, help="Ask for a proof; exit 5 where there is none in time.")
+@problem_options
+@click.option("--time-limit", type=float, metavar="S", help="Seconds of wall time for each file.")
+@click.option(
+    "--gap", type=float, metavar="G", help="Relative gap that is good enough: 0.01 is 1 %."
+)
+@click.option("--target", "goal", type=number, help="Travel time that is good enough.")
+@click.option("--iterations", type=int, help="Iterations, as the solver counts them.")
+@click.option("--seed", type=int, default=0, show_default=True, help="Source of all randomness.")
+@click.option("--formulation", help="milp: subtour, mtz or flow.")
+@click.option("--backend", help="milp: highs, cbc or scip.")
+@click.option(
+    "--set", "settings", multiple=True, metavar="KEY=VALUE", help="An option of the solver's own."
+)
+@click.option("--json", "as_json", is_flag=True, help="One JSON object a file, on one line.")
+@click.option("--out", type=click.Path(path_type=Path), help="Write the route: .csv, or .tour.")
+@click.option("--plot", type=click.Path(path_type=Path), help="Draw the route: .svg or .png.")
+def command(
+    problem: Problem,
+    files: tuple[Path, ...],
+    settings: tuple[str, ...],
+    formulation: str | None,
+    backend: str | None,
+    as_json: bool,
+    out: Path | None,
+    plot: Path | None,
+    **how: Any,
+) -> int:
+    """Find the order in which to drill the holes of each FILE (CSV or TSPLIB .tsp).
+
+    The route is an open path from any hole to any other, unless --start, --end, --home or
+    --closed say otherwise. Ctrl-C returns the best route so far.
+    """
+    own = dict(setting(text) for text in settings)
+    own |= {k: v for k, v in (("formulation", formulation), ("backend", backend)) if v is not None}
+    run = Run(settings=own, live=not as_json and on_terminal(), **how)
+    outputs = Outputs(as_json, out, plot, len(files) > 1)
+    worst = Exit.OK
+    for path in files:
+        try:
+            reading = problem.read(path)
+            tell(path, reading.notes)
+            result = run(problem.instance(reading))
+            outputs(result, path)
+        except TcpError as error:
+            worst = max(worst, complain(error))
+            continue
+        worst = max(worst, verdict(result, run.exact))
+        if result.stopped is StopReason.INTERRUPTED:
+            break
+    return worst
+
+
+def verdict(result: Result, exact: bool) -> Exit:
+    """The exit code that a result deserves."""
+    if result.status is Status.INFEASIBLE:
+        return Exit.INFEASIBLE
+    if result.route is None or (exact and result.status is not Status.OPTIMAL):
+        return Exit.NO_PROOF
+    return Exit.OK

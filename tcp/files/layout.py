@@ -1,0 +1,170 @@
+"""Which column of a table holds what: delimiter, header, units."""
+
+from __future__ import annotations
+
+import csv
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from tcp.errors import InputError
+from tcp.files.numbers import Decimals
+
+_NAMES = {
+    "id": "id no no. nr nr. number name hole holeid holeno holenumber # index",
+    "x": "x xcoord xcoordinate xpos xposition posx",
+    "y": "y ycoord ycoordinate ypos yposition posy",
+    "diameter": "diameter dia diam d ø drill drilldiameter holesize size",
+    "tool": "tool t toolid toolno toolnumber",
+}
+_COLUMNS = {alias: column for column, aliases in _NAMES.items() for alias in aliases.split()}
+_UNIT_WORDS = {"mm": "mm", "inch": "inch", "in": "inch", "inches": "inch", '"': "inch"}
+_LENGTHS = ("x", "y", "diameter")
+_HEADING = re.compile(r"(?P<name>.*?)\s*(?:[(\[](?P<unit>[^)\]]*)[)\]]|[ _](?P<word>mm|inch|in))?")
+_UNITS_COMMENT = re.compile(r"#\s*units?\s*[:=]\s*(\w+)\s*", re.IGNORECASE)
+_SHOWN = 24
+
+
+@dataclass(frozen=True)
+class Layout:
+    """Which column holds what: delimiter, width, positions by name, unit if stated."""
+
+    delimiter: str | None
+    width: int
+    columns: dict[str, int]
+    unit: str | None = None
+    header: bool = False
+    ignored: tuple[str, ...] = ()
+
+
+def layout_of(row: str, path: Path, line: int) -> Layout:
+    """The layout that a table's first row shows, a header or not.
+
+    Raises
+    ------
+    InputError
+        If there is no x or y, or the row can be read in more than one way.
+    """
+    delimiter = next((d for d in "\t;," if d in row), None)
+    cells = split(row, delimiter)
+    if any(_is_number(cell, delimiter) for cell in cells):
+        return _barelayout_of(delimiter, cells, path, line)
+    return _namedlayout_of(delimiter, cells, path, line)
+
+
+def _barelayout_of(delimiter: str | None, cells: list[str], path: Path, line: int) -> Layout:
+    """Columns of a file without a header: nothing is guessed beyond x, y and id, x, y."""
+    while len(cells) > 2 and not cells[-1]:
+        cells = cells[:-1]
+    if len(cells) not in (2, 3):
+        count = "1 column" if len(cells) == 1 else f"{len(cells)} columns"
+        raise InputError(
+            f"found {count} and no header; expected x,y or id,x,y, "
+            "or a header line such as id,x,y,diameter",
+            path,
+            line,
+        )
+    names = ("x", "y") if len(cells) == 2 else ("id", "x", "y")
+    return Layout(delimiter, len(cells), {name: i for i, name in enumerate(names)})
+
+
+def _namedlayout_of(delimiter: str | None, cells: list[str], path: Path, line: int) -> Layout:
+    columns: dict[str, int] = {}
+    stated: dict[str, str] = {}
+    ignored = []
+    for i, cell in enumerate(cells):
+        name, unit = _heading(cell)
+        if name is None:
+            ignored.append(cell or f"number {i + 1}")
+            continue
+        if name in columns:
+            raise InputError(f"two columns are named {name}; expected one", path, line)
+        columns[name] = i
+        if name in _LENGTHS and unit is not None:
+            if unit not in _UNIT_WORDS:
+                message = f"column {cell!r} is in {unit!r}; expected mm or inch"
+                raise InputError(message, path, line)
+            stated[name] = _UNIT_WORDS[unit]
+    for name in ("x", "y"):
+        if name not in columns:
+            found = ", ".join(c for c in cells if c)[:80]
+            raise InputError(f"column {name} is missing; the columns are {found}", path, line)
+    if len(set(stated.values())) > 1:
+        raise InputError("the columns are partly in mm and partly in inch", path, line)
+    unit = next(iter(stated.values()), None)
+    return Layout(delimiter, len(cells), columns, unit, True, tuple(ignored))
+
+
+def _heading(cell: str) -> tuple[str | None, str | None]:
+    """Column and unit that a heading names: ``X (mm)`` is x in mm."""
+    match = _HEADING.fullmatch(cell.strip().lower())
+    assert match is not None
+    unit = match["unit"] if match["unit"] is not None else match["word"]
+    name = re.sub(r"[\s_-]", "", match["name"])
+    return _COLUMNS.get(name), unit.strip() if unit is not None else None
+
+
+def unit_comment(lines: Sequence[str], path: Path) -> str | None:
+    """The unit that a comment before the first row states."""
+    for number, line in enumerate(lines, 1):
+        text = line.strip()
+        if text and not text.startswith("#"):
+            return None
+        match = _UNITS_COMMENT.fullmatch(text)
+        if match:
+            word = match[1].lower()
+            if word not in _UNIT_WORDS:
+                raise InputError(f"units {word!r}; expected mm or inch", path, number)
+            return _UNIT_WORDS[word]
+    return None
+
+
+def agreed_unit(
+    header: str | None, comment: str | None, flag: str | None, path: Path, line: int
+) -> str:
+    """The one unit that header, comment and flag agree on; mm where all are silent."""
+    said = {unit for unit in (header, comment, flag) if unit is not None}
+    if len(said) > 1:
+        raise InputError(
+            "header, comment and --units contradict each other about mm and inch", path, line
+        )
+    return said.pop() if said else "mm"
+
+
+def layout_notes(layout: Layout) -> list[str]:
+    """A note on the columns that were not read, if there are any."""
+    if not layout.ignored:
+        return []
+    names = ", ".join(name[:_SHOWN] for name in layout.ignored[:5])
+    more = f" and {len(layout.ignored) - 5} more" if len(layout.ignored) > 5 else ""
+    plural = "s" if len(layout.ignored) > 1 else ""
+    return [f"ignored column{plural}: {names}{more}"]
+
+
+def _is_number(cell: str, delimiter: str | None) -> bool:
+    try:
+        Decimals(decimal_comma=delimiter != ",").add(cell)
+    except InputError:
+        return False
+    return True
+
+
+def split(line: str, delimiter: str | None) -> list[str]:
+    """The cells of a row; quotes protect delimiters.
+
+    Raises
+    ------
+    InputError
+        If quoting is broken.
+    """
+    if '"' in line:
+        if delimiter is None:
+            line, delimiter = " ".join(line.split()), " "
+        try:
+            cells = next(csv.reader([line], delimiter=delimiter, skipinitialspace=True))
+        except csv.Error as error:
+            raise InputError(f"broken quotes: {error}") from None
+    else:
+        cells = line.split(delimiter)
+    return [cell.strip() for cell in cells]

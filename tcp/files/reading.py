@@ -1,0 +1,41 @@
+"""What a reader returns."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from fractions import Fraction
+
+from tcp.travel import Travel
+from tcp.workpiece import INCH, Workpiece
+
+UNITS = {"mm": Fraction(1), "inch": INCH}
+"""Millimetres to the unit."""
+
+
+@dataclass(frozen=True)
+class Reading:
+    """A file, read.
+
+    Parameters
+    ----------
+    workpiece : Workpiece
+        The holes.
+    travel : Travel or None
+        The travel model that the file itself states (TSPLIB), if any.
+    notes : tuple of str
+        What a user may want to know: ignored columns, coincident holes.
+    """
+
+    workpiece: Workpiece
+    travel: Travel | None = None
+    notes: tuple[str, ...] = ()
+
+
+def coincidence_note(workpiece: Workpiece) -> list[str]:
+    """A note on holes that lie at one place, if there are any."""
+    groups = workpiece.coincident
+    if not groups:
+        return []
+    first = " and ".join(groups[0][:3])
+    places = "1 place" if len(groups) == 1 else f"{len(groups)} places"
+    return [f"{places} with more than one hole (holes {first})"]

@@ -1,0 +1,74 @@
+"""Bytes to lines, within bounds: what every text reader does first."""
+
+from __future__ import annotations
+
+import codecs
+from pathlib import Path
+
+from tcp.errors import InputError
+
+MAX_BYTES = 512 * 2**20
+"""A larger file is refused: 20 million rows of CSV fit."""
+
+MAX_LINE = 2**20
+"""A longer line is refused without loading it."""
+
+_FOREIGN = {
+    codecs.BOM_UTF32_LE: "UTF-32",
+    codecs.BOM_UTF32_BE: "UTF-32",
+    codecs.BOM_UTF16_LE: "UTF-16",
+    codecs.BOM_UTF16_BE: "UTF-16",
+}
+
+
+def read_lines(path: Path) -> list[str]:
+    """The lines of a UTF-8 text file, without their ends (LF, CRLF or CR) and without a BOM.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be read, is empty, binary, not UTF-8 or beyond
+        :data:`MAX_BYTES` or :data:`MAX_LINE`.
+    """
+    data = _bounded_bytes(path)
+    if not data.strip():
+        raise InputError("the file is empty; expected a list of holes", path)
+    for bom, encoding in _FOREIGN.items():
+        if data.startswith(bom):
+            raise InputError(f"the file is {encoding}; save it as UTF-8 text", path, 1)
+    data = data.removeprefix(codecs.BOM_UTF8)
+    nul = data.find(b"\0")
+    if nul >= 0:
+        message = "found a NUL byte; expected UTF-8 text, not a binary or UTF-16 file"
+        raise InputError(message, path, _line_at(data, nul))
+    try:
+        text = data.decode("utf-8")
+    except UnicodeDecodeError as error:
+        message = f"byte 0x{data[error.start]:02X} is not UTF-8; save the file as UTF-8 text"
+        raise InputError(message, path, _line_at(data, error.start)) from None
+    return text.replace("\r\n", "\n").replace("\r", "\n").removesuffix("\n").split("\n")
+
+
+def _line_at(data: bytes, position: int) -> int:
+    before = data[:position].replace(b"\r\n", b"\n").replace(b"\r", b"\n")
+    return before.count(b"\n") + 1
+
+
+def _bounded_bytes(path: Path) -> bytes:
+    """All bytes of a file; stops reading as soon as a bound is passed."""
+    lines: list[bytes] = []
+    total = 0
+    try:
+        with path.open("rb") as file:
+            while line := file.readline(MAX_LINE + 1):
+                lines.append(line)
+                total += len(line)
+                if len(line) > MAX_LINE:
+                    message = f"the line is longer than {MAX_LINE} bytes; expected one hole a line"
+                    raise InputError(message, path, len(lines))
+                if total > MAX_BYTES:
+                    raise InputError(f"the file is larger than {MAX_BYTES // 2**20} MiB", path)
+    except OSError as error:
+        reason = (error.strerror or "the file cannot be read").lower()
+        raise InputError(f"{reason}; expected a readable file", path) from None
+    return b"".join(lines)

@@ -1,0 +1,216 @@
+"""A route as a picture: SVG written here, PNG through matplotlib.
+
+The line's colour runs from blue (first hole) to red (last), so that the
+direction shows without arrows.
+"""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Callable
+from dataclasses import dataclass
+from html import escape
+from pathlib import Path
+
+from tcp.errors import UsageError
+from tcp.files.write import write_file
+from tcp.report.table import describe, duration, proof
+from tcp.result import Result
+
+Place = tuple[float, float]
+Run = tuple[str, list[Place]]
+
+SIZE = 720
+"""Longer side of the drawing, in pixels."""
+
+MARGIN = 40
+LABELLED = 150
+"""Most holes for which ids are drawn."""
+
+RUNS = 64
+"""Most shades of the line."""
+
+
+@dataclass(frozen=True)
+class Drawing:
+    """A result in millimetres, ready to be drawn by any means.
+
+    Parameters
+    ----------
+    title, subtitle : str
+        Two lines of text.
+    holes : list of (x, y)
+        In drilling order.
+    labels : list of str
+        Ids in drilling order; empty where there are too many.
+    runs : list of (colour, places)
+        The line in pieces of one shade.
+    home : (x, y) or None
+        The home position.
+    """
+
+    title: str
+    subtitle: str
+    holes: list[Place]
+    labels: list[str]
+    runs: list[Run]
+    home: Place | None
+
+
+def drawing(result: Result) -> Drawing:
+    """What there is to draw.
+
+    Raises
+    ------
+    UsageError
+        If the result has no route.
+    """
+    instance, piece = result.instance, result.instance.workpiece
+    if result.route is None or result.time is None:
+        raise UsageError(f"{instance.name} has no route to draw")
+    step = float(piece.step)
+    holes = [(float(piece.x[i]) * step, float(piece.y[i]) * step) for i in result.route]
+    ends = instance.ends
+    home = None if ends.home is None else (float(ends.home[0]), float(ends.home[1]))
+    line = list(holes)
+    if home is not None:
+        line = [home] * ends.outward + line + [home] * ends.back
+    if ends.closed:
+        line.append(line[0])
+    few = len(holes) <= LABELLED
+    return Drawing(
+        title=f"{instance.name}: {duration(result.time, instance)} ({proof(result)})",
+        subtitle=describe(instance),
+        holes=holes,
+        labels=[piece.ids[i] for i in result.route] if few else [],
+        runs=_runs(line),
+        home=home,
+    )
+
+
+def _runs(line: list[Place]) -> list[Run]:
+    """The line in at most :data:`RUNS` pieces, from blue to red."""
+    moves = len(line) - 1
+    pieces = min(moves, RUNS)
+    cuts = [moves * k // pieces for k in range(pieces + 1)] if pieces else []
+    return [
+        (_shade(k / max(pieces - 1, 1)), line[cuts[k] : cuts[k + 1] + 1]) for k in range(pieces)
+    ]
+
+
+def _shade(t: float) -> str:
+    """Colour at ``t`` in [0, 1] between blue, violet and red."""
+    stops = [(33, 102, 172), (140, 70, 160), (203, 24, 29)]
+    low, share = (stops[:2], 2 * t) if t < 0.5 else (stops[1:], 2 * t - 1)
+    mixed = (round(a + (b - a) * share) for a, b in zip(*low, strict=True))
+    return "#" + "".join(f"{channel:02x}" for channel in mixed)
+
+
+def save_plot(result: Result, path: Path) -> None:
+    """Draw the route to a file: ``.svg``, or ``.png`` where matplotlib is installed.
+
+    Raises
+    ------
+    UsageError
+        For another suffix, or PNG without matplotlib.
+    OutputError
+        If the file cannot be written.
+    """
+    kinds = {".svg": svg, ".png": png}
+    suffix = path.suffix.lower()
+    if suffix not in kinds:
+        raise UsageError(f"{path}: pictures are written as {' or '.join(kinds)}")
+    write_file(path, kinds[suffix](drawing(result)))
+
+
+def svg(picture: Drawing) -> bytes:
+    """The drawing as a self-contained SVG document."""
+    places = picture.holes + ([picture.home] if picture.home else [])
+    left, low = (min(p[axis] for p in places) for axis in (0, 1))
+    right, high = (max(p[axis] for p in places) for axis in (0, 1))
+    scale = SIZE / (max(right - left, high - low) or 1.0)
+    width, height = (right - left) * scale + 2 * MARGIN, (high - low) * scale + 2 * MARGIN + 30
+
+    def at(place: Place) -> tuple[str, str]:
+        x = (place[0] - left) * scale + MARGIN
+        y = (high - place[1]) * scale + MARGIN + 30
+        return f"{x:.1f}", f"{y:.1f}"
+
+    body = [
+        f'<text x="{MARGIN}" y="26" font-size="18">{escape(picture.title)}</text>',
+        f'<text x="{MARGIN}" y="46" font-size="13" fill="#555">{escape(picture.subtitle)}</text>',
+    ]
+    for colour, run in picture.runs:
+        points = " ".join(",".join(at(place)) for place in run)
+        body.append(f'<polyline points="{points}" stroke="{colour}"/>')
+    body += _svg_holes(picture, at)
+    return _document(max(width, 420), height, body).encode()
+
+
+def _svg_holes(picture: Drawing, at: Callable[[Place], tuple[str, str]]) -> list[str]:
+    radius = 4 if picture.labels else max(0.6, 40 / len(picture.holes) ** 0.5)
+    parts = []
+    for k, place in enumerate(picture.holes):
+        x, y = at(place)
+        first, last = k == 0, k == len(picture.holes) - 1
+        fill = "#2166ac" if first else "#cb181d" if last else "#fff"
+        size = radius * 1.6 if first or last else radius
+        parts.append(f'<circle cx="{x}" cy="{y}" r="{size:.1f}" fill="{fill}"/>')
+        if picture.labels:
+            name = escape(picture.labels[k])
+            parts.append(f'<text x="{x}" y="{y}" dx="6" dy="-6" font-size="11">{name}</text>')
+    if picture.home is not None:
+        x, y = at(picture.home)
+        parts.append(f'<path d="M{x},{y}m-6,-6h12v12h-12z" fill="#1b7837"/>')
+    return parts
+
+
+def _document(width: float, height: float, body: list[str]) -> str:
+    return "\n".join(
+        [
+            f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width:.0f} {height:.0f}" '
+            f'width="{width:.0f}" height="{height:.0f}" font-family="sans-serif">',
+            "<style>polyline{fill:none;stroke-width:2;stroke-linejoin:round}"
+            "circle{stroke:#222;stroke-width:1}</style>",
+            '<rect width="100%" height="100%" fill="#fff"/>',
+            *body,
+            "</svg>",
+            "",
+        ]
+    )
+
+
+def png(picture: Drawing) -> bytes:
+    """The drawing as a PNG image.
+
+    Raises
+    ------
+    UsageError
+        If matplotlib is not installed.
+    """
+    try:
+        from matplotlib.figure import Figure
+    except ImportError:
+        raise UsageError(
+            "PNG needs matplotlib: pip install 'tcp-drill[plot]', or write .svg"
+        ) from None
+    figure = Figure(figsize=(8, 8), layout="constrained")
+    axes = figure.subplots()
+    for colour, run in picture.runs:
+        axes.plot(*zip(*run, strict=True), color=colour, linewidth=1.5, zorder=1)
+    sizes = 14 if picture.labels else max(0.5, 2000 / len(picture.holes))
+    x, y = zip(*picture.holes, strict=True)
+    axes.scatter(x, y, s=sizes, c="white", edgecolors="#222", zorder=2)
+    for k, colour in ((0, "#2166ac"), (-1, "#cb181d")):
+        axes.scatter(x[k : k + 1 or None], y[k : k + 1 or None], s=3 * sizes, c=colour, zorder=3)
+    if picture.home is not None:
+        axes.scatter([picture.home[0]], [picture.home[1]], s=60, c="#1b7837", marker="s", zorder=3)
+    for name, place in zip(picture.labels, picture.holes, strict=False):
+        axes.annotate(
+            name, place, xytext=(4, 4), textcoords="offset points", fontsize=7, parse_math=False
+        )
+    axes.set_title(f"{picture.title}\n{picture.subtitle}", fontsize=10, parse_math=False)
+    axes.set_aspect("equal")
+    image = io.BytesIO()
+    figure.savefig(image, format="png", dpi=120)
+    return image.getvalue()

@@ -1,0 +1,115 @@
+"""Results for people: a small table for one, one line each for several."""
+
+from __future__ import annotations
+
+import textwrap
+from collections.abc import Sequence
+from fractions import Fraction
+
+from tcp.instance import Instance
+from tcp.result import Proof, Result, Status, decimal
+
+WIDTH = 92
+SHOWN = 300
+"""Longest route that is printed whole."""
+
+
+def summary(result: Result) -> str:
+    """One result as a small table: route, time, bound, gap, proof, solver, seconds."""
+    time, bound = result.time, result.lower_bound
+    rows = [
+        ("route", _route(result)),
+        ("time", "none found" if time is None else duration(time, result.instance)),
+        ("lower bound", "none" if bound is None else duration(bound, result.instance)),
+        ("gap", percent(result.gap)),
+        ("proof", proof(result)),
+        ("solver", f"{result.solver} (seed {result.seed}, {result.stopped})"),
+        ("seconds", f"{result.seconds:.2f}"),
+    ]
+    width = max(len(label) for label, _ in rows)
+    lines = [f"{result.instance.name}: {describe(result.instance)}"]
+    for label, text in rows:
+        indent = " " * (width + 4)
+        start = f"  {label:<{width}}  "
+        lines += textwrap.wrap(text, WIDTH, initial_indent=start, subsequent_indent=indent)
+    return "\n".join(lines)
+
+
+def describe(instance: Instance) -> str:
+    """Holes, travel and ends of an instance in a few words."""
+    n, travel = len(instance), instance.travel
+    holes = "1 hole" if n == 1 else f"{n} holes"
+    speeds = "" if travel.vx == travel.vy == 1 else f" (vx {travel.vx}, vy {travel.vy})"
+    return f"{holes}, {travel.model} travel{speeds}, {describe_ends(instance)}"
+
+
+def describe_ends(instance: Instance) -> str:
+    """The ends in a few words."""
+    ends, ids = instance.ends, instance.workpiece.ids
+    parts = []
+    if ends.closed:
+        parts.append("closed")
+    if ends.start is not None:
+        parts.append(f"from hole {ids[ends.start]}")
+    if ends.end is not None:
+        parts.append(f"to hole {ids[ends.end]}")
+    if ends.home is not None:
+        x, y = map(decimal, ends.home)
+        legs = {(True, True): "from and back to", (True, False): "from", (False, True): "back to"}
+        parts.append(f"{legs[ends.outward, ends.back]} home ({x}, {y})")
+    return ", ".join(parts) or "free ends"
+
+
+def duration(value: Fraction, instance: Instance) -> str:
+    """A travel time as people read it; exact where it has at most nine digits."""
+    text = decimal(value)
+    if "/" in text:
+        text = f"{float(value):.9g} (exactly {text})"
+    return text
+
+
+def percent(gap: float | None) -> str:
+    """A gap in percent, never rounded down to 0."""
+    if gap is None:
+        return "unknown"
+    return (
+        "0 %"
+        if gap == 0
+        else f"{max(gap, 1e-6):.2%}".replace("%", " %")
+        if gap >= 1e-4
+        else f"{gap:.1e}"
+    )
+
+
+def proof(result: Result) -> str:
+    """Status and proof in a few words."""
+    if result.status is Status.INFEASIBLE:
+        return f"infeasible, {result.proof}"
+    if result.proof is Proof.NONE:
+        return "none"
+    return f"optimal, {result.proof}"
+
+
+def _route(result: Result) -> str:
+    ids = result.ids
+    if ids is None:
+        return "none found"
+    if len(ids) <= SHOWN:
+        return " ".join(ids)
+    return f"{' '.join(ids[:20])} ... {' '.join(ids[-20:])} (--out writes all {len(ids)})"
+
+
+def columns(header: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    """Rows under a header, columns aligned; what looks like a number goes to the right."""
+    widths = [max(len(str(row[i])) for row in [header, *rows]) for i in range(len(header))]
+    right = [
+        all(row[i][:1].isdigit() or row[i] in ("-", "") for row in rows) for i in range(len(header))
+    ]
+
+    def line(row: Sequence[str]) -> str:
+        cells = (
+            t.rjust(w) if r else t.ljust(w) for t, w, r in zip(row, widths, right, strict=True)
+        )
+        return "  ".join(cells).rstrip()
+
+    return "\n".join([line(header), "  ".join("-" * w for w in widths), *map(line, rows)])

@@ -1,0 +1,58 @@
+"""The command line as a whole: help is quick, subcommands load lazily, errors are one sentence."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from click.testing import CliRunner
+
+from tcp.cli.main import COMMANDS, main
+
+ROOT = Path(__file__).resolve().parents[1]
+
+
+def test_help_lists_every_command_without_loading_any():
+    code = (
+        "import sys; from tcp.cli.main import main\n"
+        "try: main(['--help'])\n"
+        "except SystemExit as done: assert not done.code\n"
+        "heavy = {'numba', 'ortools', 'pulp', 'highspy', 'scipy', 'matplotlib', 'rich'}\n"
+        "loaded = heavy & set(sys.modules); assert not loaded, loaded\n"
+        "assert not any(m.startswith('tcp.cli.') and m != 'tcp.cli.main' for m in sys.modules)\n"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, cwd=ROOT)
+    assert done.returncode == 0, done.stderr
+    for name in COMMANDS:
+        assert f"\n  {name} " in done.stdout
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_every_command_explains_itself(name):
+    done = CliRunner().invoke(main, [name, "--help"])
+    assert done.exit_code == 0
+    assert "Usage:" in done.output
+
+
+def test_unknown_commands_and_options_are_usage_errors():
+    for words in (["walk"], ["solve"], ["solve", "--fast", "x.csv"], ["--quick"]):
+        done = CliRunner().invoke(main, words)
+        assert done.exit_code == 2, words
+        assert done.stderr.count("\n") == 1 and done.stderr.startswith("tcp: "), done.stderr
+
+
+def test_a_bug_is_one_sentence_and_exit_70(monkeypatch):
+    from tcp.cli import info
+
+    def broken(*_: object) -> None:
+        raise ZeroDivisionError("of all things")
+
+    monkeypatch.setattr(info, "facts", broken)
+    path = str(ROOT / "data" / "five.csv")
+    done = CliRunner().invoke(main, ["info", path])
+    assert done.exit_code == 70
+    assert "Traceback" not in done.stderr and "ZeroDivisionError" in done.stderr
+    done = CliRunner().invoke(main, ["--debug", "info", path], env={"TCP_DEBUG": ""})
+    assert done.exit_code == 70 and "Traceback" in done.stderr
