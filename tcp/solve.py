@@ -40,6 +40,7 @@ class Entry:
 SOLVERS: Mapping[str, Entry] = {
     "held-karp": Entry("tcp.exact.held_karp", exact=True, libraries=("numba",)),
     "cp-sat": Entry("tcp.exact.cp_sat", exact=True, libraries=("ortools",)),
+    "routing": Entry("tcp.exact.routing", exact=True, libraries=("ortools",)),
 }
 
 
