@@ -6,7 +6,7 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import HealthCheck, given, reject, settings
 from hypothesis import strategies as st
 
 from tcp import Ends, Instance, Model, Rules, Travel, Workpiece, solve
@@ -152,7 +152,12 @@ def instances(draw: st.DrawFn) -> Instance:
         ends = Ends(start, end, home, outward, back)
     pairs = st.lists(st.tuples(hole, hole).filter(lambda p: p[0] != p[1]), max_size=3 * (n > 1))
     rules = Rules(tuple(draw(pairs)), tuple(draw(pairs)) if draw(st.booleans()) else ())
-    return Instance(workpiece(points, step), travel, ends, rules)
+    instance = Instance(workpiece(points, step), travel, ends, rules)
+    try:
+        assert instance.form.size >= n
+    except UsageError:  # these numbers need more than 62 bits
+        reject()
+    return instance
 
 
 @settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.too_slow])
