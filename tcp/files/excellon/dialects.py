@@ -1,0 +1,135 @@
+"""Which kind of file this is, and what the files beside it say.
+
+Drill extensions are worn by many formats.  What is no Excellon file is
+refused by its name before anything is read; Allegro and Altium write a second
+file that explains the first.
+"""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+from tcp.errors import InputError
+from tcp.files.excellon.numbers import Digits, Units, Zeros
+from tcp.files.excellon.settings import Sidecar
+
+HEAD = 65_536
+"""Bytes that are looked at to recognise a format."""
+
+
+def recognise(data: bytes, path: Path) -> None:
+    """Refuse, by name, what is no Excellon text.
+
+    Raises
+    ------
+    InputError
+        Naming the format and what to do about it.
+    """
+    head = data[:HEAD]
+    if not head.strip():
+        raise InputError("the file is empty; expected an Excellon drill file", path)
+    name = _binary(head) or _textual(head.decode("latin-1"))
+    if name:
+        raise InputError(name, path)
+    at = data.find(b"\0")
+    if at >= 0:
+        line = data.count(b"\n", 0, at) + 1
+        raise InputError("holds a NUL byte; expected text, so the file is damaged", path, line)
+
+
+def _binary(head: bytes) -> str | None:
+    if head[:2] in (b"\xff\xfe", b"\xfe\xff") or head[:1000:2].count(0) > len(head[:1000]) // 5:
+        return "is UTF-16 text; convert it to ASCII (iconv -f UTF-16 -t ASCII)"
+    if head[1:1000:2].count(0) > len(head[:1000]) // 5:
+        return "is UTF-16 text; convert it to ASCII (iconv -f UTF-16 -t ASCII)"
+    if head[:2] in (b"PK", b"\x1f\x8b") or head[:4] == b"Rar!":
+        return "is an archive; unpack it first"
+    control = sum((b < 32 and b not in b"\t\r\n\x0c\x1a\0") or b == 0x80 for b in head)
+    if control > len(head) // 20:
+        return "is an EIA-coded (binary) drill tape; export the ASCII drill file instead"
+    return None
+
+
+_GCODE = re.compile(
+    r"^\s*(?:N\d+\s*)?(?:G0?[0-3]\b.*Z|G(?:20|21|17|54|81|82|83|73)\b.*(?:Z|$)|Z-?\d)", re.M
+)
+_CELLS = (
+    (re.compile(r"^%(?:FS|MO|AD|AM|LP|TF)|^\s*X-?\d+Y-?\d+D0[123]\*", re.M), "is a Gerber file"),
+    (re.compile(r"^(?:IN;|PU|PD|SP\d)[^\n]*;", re.M), "is an HPGL plot"),
+    (re.compile(r"NCDrill File Report|^-{20,}\s*$", re.M), "is a drill report, not a drill file"),
+    (re.compile(r"^\s*\(kicad_pcb\b", re.M), "is a KiCad board"),
+    (re.compile(r"^\s*0\s*[\r\n]+\s*SECTION\s*[\r\n]", re.M), "is a DXF drawing"),
+    (re.compile(r"^\s*<(?:\?xml|!DOCTYPE|html)", re.M | re.I), "is an XML or HTML page"),
+)
+
+
+def _textual(head: str) -> str | None:
+    for pattern, name in _CELLS:
+        if pattern.search(head):
+            return f"{name}; expected an Excellon drill file"
+    if "M48" not in head and _GCODE.search(re.sub(r"\([^)]*\)|;[^\n]*", "", head)):
+        return "is a G-code program, not an Excellon drill file; name it .ngc, .nc or .gcode"
+    return None
+
+
+def looks_excellon(data: bytes) -> bool:
+    """Whether a file of unknown name is worth reading as Excellon."""
+    head = data[:HEAD]
+    if _binary(head) or _textual(head.decode("latin-1")):
+        return False
+    return bool(re.search(rb"^\s*(M48|%|T\d+|X[-+]?[\d.]+Y)", head, re.M))
+
+
+def find_sidecar(path: Path, data: bytes, given: Path | None = None) -> Sidecar | None:
+    """The sidecar that explains a file: the given one, its namesake, or its folder's.
+
+    ``nc_param.txt`` of a folder speaks for Allegro's files only, which name
+    themselves by a ``;LEADER:`` comment.
+    """
+    if given is not None:
+        return read_sidecar(given)
+    beside = [path.with_suffix(".nc_param.txt")]
+    if re.search(rb"^;\s*LEADER\s*:", data[:HEAD], re.M):
+        beside.append(path.with_name("nc_param.txt"))
+    return next((read_sidecar(p) for p in beside if p.is_file()), None)
+
+
+def read_sidecar(path: Path) -> Sidecar:
+    """Read Allegro's ``nc_param.txt`` or the units of Altium's ``.DRR``.
+
+    Raises
+    ------
+    InputError
+        If the file is neither or cannot be read.
+    """
+    try:
+        text = path.read_bytes()[:HEAD].decode("latin-1")
+    except OSError as error:
+        raise InputError(f"cannot read the sidecar: {error.strerror}", path) from None
+    if "NCDrill File Report" in text:
+        return Sidecar(path)
+    words = dict(re.findall(r"^([A-Z_-]+)\s+(\S+)\s*$", text, re.M))
+    if not {"INTEGER-PLACES", "DECIMAL-PLACES"} <= words.keys():
+        raise InputError("is neither an nc_param.txt nor an Altium drill report", path)
+    try:
+        digits = Digits(int(words["INTEGER-PLACES"]), int(words["DECIMAL-PLACES"]))
+    except ValueError:
+        raise InputError("states a number format that is no number", path) from None
+    units = {"ENGLISH": Units.INCH, "METRIC": Units.MM}.get(words.get("OUTPUT-UNITS", ""))
+    zeros = None
+    if words.get("SUPPRESS-LEAD-ZEROES") == "YES":
+        zeros = Zeros.TZ
+    elif words.get("SUPPRESS-TRAIL-ZEROES") == "YES":
+        zeros = Zeros.LZ
+    return Sidecar(path, units, digits, zeros, words.get("COORDINATES") == "INCREMENTAL")
+
+
+def report_counts(path: Path) -> dict[int, int]:
+    """Holes per tool that an Altium drill report (``.DRR``) states; slots included."""
+    try:
+        text = path.read_bytes().decode("latin-1")
+    except OSError as error:
+        raise InputError(f"cannot read the report: {error.strerror}", path) from None
+    rows = re.findall(r"^T(\d+)\s+\S+\s+\([^)]*\)\s+(?:Round|Slot)\s+(\d+)\s", text, re.M)
+    return {int(tool): int(count) for tool, count in rows}

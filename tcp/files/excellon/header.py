@@ -1,0 +1,74 @@
+"""Headers and comments: tool tables, settings, and what CAD tools hide behind a semicolon."""
+
+from __future__ import annotations
+
+import re
+from fractions import Fraction
+from typing import TYPE_CHECKING
+
+from tcp.files.excellon.program import Tool
+
+if TYPE_CHECKING:
+    from tcp.files.excellon.state import State
+
+_KNOWN = re.compile(
+    r"(?:AFS|ATC|BLKD|CCW|CP|DETECT|DN|DTMDIST|EXDA|FMAT|FSB|HBCK|HPCK|ICI|NCSL|OM48|OSTOP|OTCLMP|"
+    r"PCKPARAM|PF|PLTMODE|R,|RC?T?,|RSB|SBK|SG|SIXM|TCST|TP|UP|VER|Z[A,C]|XY|YX|M\d+,|/|%)"
+)
+_TOOL = re.compile(r"T\d+(?:[A-Z][+-]?[\d.]*)*$")
+_WORD = re.compile(r"([A-Z])([+-]?[\d.]*)")
+_HOLESIZE = re.compile(
+    r";\s*(?:T(\d+)\s+)?Holesize\s+(\d+)\.\s*=\s*([\d.]+)\s+Tolerance\s*=\s*\S+\s+"
+    r"(PLATED|NON_PLATED|OPTIONAL)?\s*(MILS|MM|INCH|INCHES|MILLIMETERS)?"
+)
+_MM = {
+    "MILS": Fraction(254, 10000),
+    "MM": Fraction(1),
+    "MILLIMETERS": Fraction(1),
+    "INCH": Fraction(254, 10),
+    "INCHES": Fraction(254, 10),
+}
+
+
+def header_line(reader: State, line: str, strict: bool = False) -> None:
+    """One line between M48 and ``%`` (or a setting of that kind further down: ``strict``)."""
+    if not strict and line in ("%", "M95"):
+        reader.header = False
+    elif line.startswith("T") and _TOOL.match(line):
+        reader.select([(letter, text.encode()) for letter, text in _WORD.findall(line)])
+    elif reader.settings.unit_line(line, reader.at + 1):
+        pass
+    elif line.startswith("ICI"):
+        reader.incremental = line.replace(" ", "") in ("ICI", "ICI,ON")
+    elif line in ("G90", "G91"):
+        reader.incremental = line == "G91"
+    elif line.startswith("FMAT"):
+        reader.format_1 = line.endswith("1")
+    elif re.match(r"[XYR]?[XY][+-]?\d", line):
+        reader.refuse("coordinates inside the header; expected % or M95 before them")
+    elif not _KNOWN.match(line) and not re.match(r"[GM]\d+", line):
+        if strict:
+            reader.refuse(f"{line!r} is not understood; expected an Excellon command")
+        reader.note(f"the header line {line[:40]!r} is not known; it is kept as it is")
+
+
+def note_comment(reader: State, text: str) -> None:
+    """Tool definitions, plating and number formats that comments state."""
+    reader.settings.comment(text, reader.at + 1)
+    if "TYPE=" in text:
+        if re.match(r";\s*TYPE=PLATED", text):
+            reader.plated = True
+        elif re.match(r";\s*TYPE=NON_PLATED", text):
+            reader.plated = False
+    if "#@!" in text and "NonPlated" in text:
+        reader.plated = False
+    elif "#@!" in text and "Plated," in text:
+        reader.plated = True
+    found = _HOLESIZE.match(text)
+    if not found or not found[5] or reader.selections:
+        return
+    number = int(found[1] or found[2])
+    if number not in reader.tools:
+        diameter = Fraction(found[3]) * _MM[found[5]]
+        plated = None if found[4] is None else found[4] == "PLATED"
+        reader.tools[number] = Tool(number, diameter, plated, reader.at + 1)

@@ -1,0 +1,85 @@
+"""Repeats of a hit (R) and of a pattern (M25 ... M01, M02, M08).
+
+Reading chosen where the manuals are silent: the shifts of successive M02 add
+up; M70, M80 and M90 swap or mirror the pattern about the program's zero, as
+it was first drilled, before it is shifted; after a copy the machine's position
+is taken as unknown, so the next coordinates must name both axes.
+"""
+
+from __future__ import annotations
+
+from tcp.files.excellon.program import Copy, Kind, Mark, Repeat
+from tcp.files.excellon.state import State, Words
+
+FORMAT_1 = {2: 30, 24: 1, 26: 2, 1: 6, 27: 8, 0: 9, 21: 80, 22: 90}
+"""M-codes of ``FMAT,1`` and what they are called in format 2."""
+
+
+class Patterns(State):
+    """The part of the reader that repeats things."""
+
+    def _repeat(self, words: Words) -> None:
+        found = dict(words)
+        if [letter for letter, _ in words[1:3]][:1] == ["M"]:
+            for _ in range(self._count(words)):
+                self._pattern_code(2, words[2:])
+            return
+        row = len(self.columns[0]) - 1
+        last_hit = row >= 0 and self.columns[0][row] == Kind.HIT
+        if not last_hit or self.columns[9][row] != self.barrier:
+            self.refuse("R repeats a hit, but no hit stands before it")
+        if not found.keys() <= {"R", "X", "Y"} or len(found) < 2:
+            self.refuse("R needs a count and a step in X or Y")
+        line = self.at + 1
+        dx = self.settings.value(found["X"], line) if "X" in found else 0
+        dy = self.settings.value(found["Y"], line) if "Y" in found else 0
+        count = self._count(words)
+        self.repeats.setdefault(row, []).append(Repeat(count, dx, dy, self.at))
+        assert self.x is not None and self.y is not None
+        self.x, self.y = self.x + count * dx, self.y + count * dy
+        self.columns[4][row], self.columns[5][row] = self.x, self.y
+        self.columns[7][row] = self.at + 1
+        self.columns[8][row] |= Mark.FREE
+
+    def _count(self, words: Words) -> int:
+        text = words[0][1]
+        if not text.isdigit() or not 0 < int(text) <= 1_000_000:
+            self.refuse("R needs a count from 1 to 1,000,000")
+        return int(text)
+
+    def _pattern_code(self, code: int, rest: Words) -> None:
+        self._barrier()
+        here = len(self.columns[0])
+        if code == 25:
+            self._close_pattern()
+            self.pattern_from, self.pattern_line = here, self.at
+            self.pattern = None
+        elif code == 1:
+            if self.pattern_from is None:
+                self.refuse("M01 ends a pattern, but no M25 begins one")
+            assert self.pattern_from is not None
+            self.pattern, self.pattern_from = (self.pattern_from, here), None
+        elif code == 8:
+            if self.pattern_from is not None:
+                self.refuse("M08 ends step and repeat, but the pattern's M01 is missing")
+            self._close_pattern()
+        elif rest:
+            self._copy(rest)
+        elif self.pattern is None:
+            self.refuse("M02 repeats a pattern, but none is complete; expected M25 ... M01 before")
+
+    def _copy(self, rest: Words) -> None:
+        if self.pattern is None:
+            self.refuse("M02 repeats a pattern, but none is complete; expected M25 ... M01 before")
+        shift = {letter: text for letter, text in rest if letter in "XY" and text}
+        codes = {int(text or b"-1") for letter, text in rest if letter == "M"}
+        codes = {FORMAT_1.get(c, c) for c in codes} if self.format_1 else codes
+        if not codes <= {70, 80, 90} or any(letter not in "XYM" for letter, _ in rest):
+            self.refuse("M02 is followed by something else than X, Y, M70, M80 and M90")
+        line = self.at + 1
+        before = self.copies[-1] if self.copies else Copy(0, 0)
+        dx, dy = (self.settings.value(shift[a], line) if a in shift else 0 for a in "XY")
+        self.copies.append(
+            Copy(before.dx + dx, before.dy + dy, 70 in codes, 80 in codes, 90 in codes)
+        )
+        self.x = self.y = None

@@ -1,0 +1,342 @@
+"""From text to meaning: reads an Excellon file line by line, refusing what it does not know.
+
+The machine is modal, so a line means something only in the machine's state:
+:class:`~tcp.files.excellon.state.State` holds it, :class:`Patterns` and
+:class:`Routing` add what repeats and what routs, and :class:`Reader` runs
+through the lines.  Plain hits, nearly all of a file, take a short path.
+"""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tcp.errors import InputError
+from tcp.files.excellon.dialects import find_sidecar, recognise
+from tcp.files.excellon.document import Ints, cut
+from tcp.files.excellon.header import header_line, note_comment
+from tcp.files.excellon.numbers import PLACES
+from tcp.files.excellon.patterns import FORMAT_1
+from tcp.files.excellon.program import (
+    Columns,
+    Copy,
+    Kind,
+    Mark,
+    Motion,
+    Pattern,
+    Program,
+    Repeat,
+)
+from tcp.files.excellon.routing import Routing
+from tcp.files.excellon.settings import Hints, Settings
+from tcp.files.excellon.state import ROUT, Words
+
+NUMBER = rb"[+-]?(?:\d+\.?\d*|\.\d+)"
+_HIT = re.compile(
+    rb"[ \t]*(?:X[ \t]*(" + NUMBER + rb"))?[ \t]*(?:Y[ \t]*(" + NUMBER + rb"))?[ \t]*(?:;.*)?$"
+)
+_RUN = re.compile(
+    rb"(?:(?:X" + NUMBER + rb"(?:Y" + NUMBER + rb")?|Y" + NUMBER + rb")\r?\n){4,65536}+"
+)
+_PAIR = re.compile(rb"(?:X([-+.\d]+))?(?:Y([-+.\d]+))?\r?\n")
+_WORDS = re.compile(rb"(?:[A-Z][ \t]*(?:" + NUMBER + rb")?[ \t]*)+$")
+_WORD = re.compile(rb"([A-Z])[ \t]*(" + NUMBER + rb")?")
+_TEXT = re.compile(rb"M(45|47|97|98),?(.*)$", re.S)
+
+_MESSAGES_AND_STOPS = {95, 6, 9, 18, 19, 60, 61, 62, 63}
+
+
+def read_program(path: str | Path, hints: Hints | None = None) -> Program:
+    """Read an Excellon drill file.
+
+    Parameters
+    ----------
+    path : path
+        The file.
+    hints : Hints, optional
+        What the file itself does not state.
+
+    Raises
+    ------
+    InputError
+        Naming the line and the remedy, for everything that is not understood.
+    """
+    path = Path(path)
+    try:
+        data = path.read_bytes()
+    except OSError as error:
+        raise InputError(f"cannot be read: {error.strerror}", path) from None
+    return parse(data, path, hints)
+
+
+def parse(data: bytes, path: str | Path = "drill file", hints: Hints | None = None) -> Program:
+    """As :func:`read_program`, from bytes; ``path`` names them and locates sidecars."""
+    path, hints = Path(path), hints or Hints()
+    recognise(data, path)
+    sidecar = find_sidecar(path, data, hints.sidecar)
+    settings = Settings(path, hints, sidecar)
+    reader = Reader(cut(data), path, settings)
+    reader.incremental = sidecar is not None and sidecar.incremental
+    return reader.run()
+
+
+class Reader(Routing):
+    """Reads a document from its first line to its last."""
+
+    def run(self) -> Program:
+        """Read every line."""
+        document, at = self.document, 0
+        while at < len(document):
+            self.at = at
+            plain = not (self.header or self.ended or self.mode)
+            run = self._run_of_hits(at) if plain and not self.incremental else 0
+            if run:
+                at += run
+                continue
+            line = document.line(at).rstrip(b"\r\n")
+            hit = _HIT.match(line) if plain else None
+            if hit is not None and (hit[1] or hit[2]):
+                self._hit(hit[1], hit[2])
+            else:
+                self._line(line.strip(b" \t\x1a\x0c\xef\xbb\xbf"))
+            at += 1
+        return self._finish()
+
+    def _run_of_hits(self, at: int) -> int:
+        """Read the plain hits that begin here all at once; how many lines they took."""
+        document = self.document
+        run = _RUN.match(document.data, int(document.starts[at]))
+        if run is None or self.tool is None or self.x is None or self.y is None:
+            return 0
+        if self.pattern is not None and self.pattern_from is None:
+            return 0
+        pairs = _PAIR.findall(run[0])
+        x, has_x = self._axis([p[0] for p in pairs], self.x)
+        y, has_y = self._axis([p[1] for p in pairs], self.y)
+        n = len(pairs)
+        first = np.arange(at, at + n)
+        mark = np.where(has_x & has_y, int(Mark.COMPLETE), 0)
+        same = [np.full(n, v) for v in (int(Kind.HIT), self.tool, self.barrier)]
+        for column, values in zip(
+            self.columns,
+            (same[0], same[1], x, y, x, y, first, first + 1, mark, same[2]),
+            strict=True,
+        ):
+            column.frombytes(values.astype(np.int64).tobytes())
+        self.x, self.y = int(x[-1]), int(y[-1])
+        return n
+
+    def _axis(self, texts: list[bytes], before: int) -> tuple[Ints, NDArray[np.bool_]]:
+        """Values of one axis over a run of lines, and on which of them it is named."""
+        value = self.settings.value
+        known = {b"": 0}
+        for offset, text in enumerate(texts):
+            if text not in known:
+                known[text] = value(text, self.at + offset + 1)
+        named = np.fromiter((text != b"" for text in texts), np.bool_, len(texts))
+        values = np.fromiter(map(known.__getitem__, texts), np.int64, len(texts))
+        last = np.maximum.accumulate(np.where(named, np.arange(len(texts)), -1))
+        return np.where(last >= 0, values[np.maximum(last, 0)], before), named
+
+    def _line(self, line: bytes) -> None:
+        if not line or (self.ended and not line.strip(b"\0%")):
+            return
+        if line.startswith(b";"):
+            note_comment(self, line.decode("latin-1"))
+            return
+        if self.ended:
+            self.refuse("follows the end of the program (M30); split the file into two")
+        if b";" in line:
+            line = line[: line.index(b";")].rstrip()
+        if line == b"M48":
+            self.header = True
+            self._barrier()
+        elif self.header:
+            header_line(self, line.decode("latin-1"))
+        elif line == b"%":
+            self._barrier()
+        else:
+            self._body(line)
+
+    def _body(self, line: bytes) -> None:
+        text = _TEXT.match(line)
+        if text:
+            self._barrier()
+            if text[1] in (b"97", b"98"):
+                self.note(f"the text drilled by M{text[1].decode()} is kept but not counted")
+            return
+        if self.settings.unit_line(line.decode("latin-1"), self.at + 1):
+            return
+        if not _WORDS.match(line):
+            shown = line.decode("latin-1")[:40]
+            header_line(self, shown, strict=True)
+            self._barrier()
+            return
+        words = [(m[1].decode(), m[2] or b"") for m in _WORD.finditer(line)]
+        letter = words[0][0]
+        if letter == "T":
+            self.select(words)
+        elif letter == "R":
+            self._repeat(words)
+        elif letter == "M":
+            self._m_code(words)
+        elif letter in "GXY":
+            self._move(words)
+        elif letter in "FSBHZA" and len(words) <= 3:
+            self._barrier()
+        else:
+            self.refuse(f"{line.decode('latin-1')[:30]!r} is not understood; expected Excellon")
+
+    def _m_code(self, words: Words) -> None:
+        code = int(words[0][1] or b"-1")
+        if self.format_1:
+            code = FORMAT_1.get(code, code)
+        rest = words[1:]
+        if code == 30:
+            self._flush_open()
+            self.ended = True
+        elif code == 0:
+            self._stop()
+        elif code in (14, 15):
+            self._plunge()
+        elif code in (16, 17):
+            self._retract()
+        elif code in (25, 1, 2, 8):
+            self._pattern_code(code, rest)
+        elif code in _MESSAGES_AND_STOPS:
+            self._barrier()
+        else:
+            self.refuse(
+                f"M{code:02d} is not understood; remove the line if the machine can do without"
+            )
+
+    def _stop(self) -> None:
+        """M00: change to the next tool where the file has no T codes, else just a stop."""
+        self._barrier()
+        if not self.by_stops:
+            return
+        later = [n for n in self.tools if n > (self.tool or 0)]
+        if not later:
+            self.refuse("M00 changes to a tool that no comment defines; expected 'Holesize'")
+        self._take(min(later))
+
+    def _move(self, words: Words) -> None:
+        if words[0][0] == "G":
+            code = int(words[0][1] or b"-1")
+            rest = words[1:]
+            if code in (5, 81):
+                self._drill_mode()
+                if not rest:
+                    return
+                words = rest
+            elif code in (0, 1, 2, 3):
+                self._route(code, rest)
+                return
+            else:
+                self._g_code(code, rest)
+                return
+        letters = "".join(letter for letter, _ in words)
+        if self.mode == ROUT:
+            self._route(self.motion, words)
+        elif letters in ("X", "Y", "XY", "YX"):
+            found = dict(words)
+            self._hit(found.get("X"), found.get("Y"))
+        elif "G" in letters:
+            self._canned(words)
+        else:
+            self.refuse(f"coordinates with {letters!r} are not understood; expected X and Y")
+
+    def _g_code(self, code: int, rest: Words) -> None:
+        if code in (90, 91):
+            if self.incremental != (code == 91):
+                self.incremental = code == 91
+                self._barrier()
+        elif code == 93:
+            self._zero_set(dict(rest))
+        elif code in (40, 41, 42):
+            self.compensated = code != 40
+            if not self.open:
+                self._barrier()
+        elif code in (4, 7):
+            self._barrier()
+        else:
+            self.refuse(
+                f"G{code:02d} is not understood; remove the line if the machine can do without"
+            )
+
+    def _zero_set(self, words: dict[str, bytes]) -> None:
+        values = [self.settings.value(words.get(axis, b"") or b"0.", self.at + 1) for axis in "XY"]
+        if any(values) and len(self.columns[0]):
+            self.refuse("G93 moves the zero point between hits; write both parts as files")
+        self._barrier()
+
+    def _finish(self) -> Program:
+        if not self.ended:
+            if not self.settings.hints.unfinished:
+                self.at = max(len(self.document) - 1, 0)
+                self.refuse("ends without M30, so it may be cut off; add M30 or pass --unfinished")
+            self._flush_open()
+        if self.pattern_from is not None:
+            self.at = self.pattern_line
+            self.refuse("the pattern that M25 begins has no end (M01)")
+        self._close_pattern()
+        if not len(self.columns[0]):
+            raise InputError("holds no coordinates; expected holes to drill", self.path)
+        settings = self.settings
+        assert settings.units.value is not None
+        finer = 10 ** (PLACES - settings.places)
+        return Program(
+            path=self.path,
+            document=self.document,
+            units=settings.units.value,
+            step=settings.units.value.in_mm / 10**settings.places,
+            style=settings.style(),
+            tools=dict(self.tools),
+            rows=self._rows(finer),
+            repeats={
+                row: tuple(Repeat(r.count, r.dx // finer, r.dy // finer, r.line) for r in found)
+                for row, found in self.repeats.items()
+            },
+            routes={row: _coarsen(moves, finer) for row, moves in self.routes.items()},
+            patterns=tuple(_coarser(p, finer) for p in self.patterns),
+            selections=tuple(self.selections),
+            notes=tuple(self.notes),
+        )
+
+    def _rows(self, finer: int) -> Columns:
+        kind, tool, x1, y1, x2, y2, first, last, mark, barrier = (
+            np.frombuffer(column, dtype=np.int64) for column in self.columns
+        )
+        routed = kind == Kind.ROUTE
+        sort = np.where(routed, 1 + ((mark & Mark.DRILLS_AFTER) != 0), 0)
+        fixed = (mark & Mark.FIXED) != 0
+        edge = (np.diff(barrier) != 0) | (np.diff(sort) != 0) | fixed[1:] | fixed[:-1]
+        return Columns(
+            kind.astype(np.int8),
+            tool,
+            x1 // finer,
+            y1 // finer,
+            x2 // finer,
+            y2 // finer,
+            first,
+            last,
+            mark.astype(np.int16),
+            np.concatenate(([0], np.cumsum(edge))),
+        )
+
+
+def _coarsen(moves: tuple[Motion, ...], finer: int) -> tuple[Motion, ...]:
+    return tuple(
+        Motion(m.code, m.x // finer, m.y // finer, tuple((k, v // finer) for k, v in m.arc), m.line)
+        for m in moves
+    )
+
+
+def _coarser(pattern: Pattern, finer: int) -> Pattern:
+    copies = tuple(
+        Copy(c.dx // finer, c.dy // finer, c.swap, c.mirror_x, c.mirror_y) for c in pattern.copies
+    )
+    return Pattern(pattern.first, pattern.last, copies, pattern.lines)

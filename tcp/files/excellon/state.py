@@ -1,0 +1,175 @@
+"""The machine's state while it reads a file, and the units it has found so far.
+
+What a line does depends on the unit, number format, tool, mode (drill or
+rout), absolute or incremental input and the last position; :class:`State`
+carries all of that and nothing else.
+"""
+
+from __future__ import annotations
+
+import re
+from array import array
+from pathlib import Path
+from typing import NoReturn
+
+from tcp.errors import InputError
+from tcp.files.excellon.document import Document
+from tcp.files.excellon.program import (
+    Copy,
+    Kind,
+    Mark,
+    Motion,
+    Pattern,
+    Repeat,
+    Selection,
+    Tool,
+)
+from tcp.files.excellon.settings import Settings
+
+DRILL, ROUT = 0, 1
+
+Words = list[tuple[str, bytes]]
+
+
+class State:
+    """Everything that a line can read and change."""
+
+    def __init__(self, document: Document, path: Path, settings: Settings):
+        self.document, self.path, self.settings = document, path, settings
+        self.tools: dict[int, Tool] = {}
+        self.plated: bool | None = None
+        self.notes: list[str] = []
+        self.header = self.ended = False
+        self.format_1 = False
+        self.incremental = False
+        self.by_stops = False
+        self.tool: int | None = None
+        self.mode, self.motion, self.down = DRILL, 0, False
+        self.compensated = False
+        self.x: int | None = None
+        self.y: int | None = None
+        self.at = 0
+        self.columns = tuple(array("q") for _ in range(10))
+        self.barrier = 0
+        self.repeats: dict[int, list[Repeat]] = {}
+        self.routes: dict[int, tuple[Motion, ...]] = {}
+        self.open: list[Motion] = []
+        self.open_first = 0
+        self.open_mark = Mark(0)
+        self.selections: list[Selection] = []
+        self.patterns: list[Pattern] = []
+        self.pattern_from: int | None = None
+        self.pattern_line = 0
+        self.pattern: tuple[int, int] | None = None
+        self.copies: list[Copy] = []
+
+    def refuse(self, message: str) -> NoReturn:
+        """Give up at the current line."""
+        raise InputError(message, self.path, self.at + 1)
+
+    def note(self, message: str) -> None:
+        """Say something about the current line."""
+        self.notes.append(f"line {self.at + 1}: {message}")
+
+    def _barrier(self) -> None:
+        """No unit may move across this line."""
+        self.barrier += 1
+
+    def _place(self, x: bytes | None, y: bytes | None) -> tuple[int, int]:
+        """The position that the coordinates of this line lead to."""
+        line = self.at + 1
+        value = self.settings.value
+        if self.incremental:
+            self.x = (self.x or 0) + (value(x, line) if x else 0)
+            self.y = (self.y or 0) + (value(y, line) if y else 0)
+            return self.x, self.y
+        if x:
+            self.x = value(x, line)
+        if y:
+            self.y = value(y, line)
+        if self.x is None or self.y is None:
+            missing = "X" if self.x is None else "Y"
+            self.refuse(f"{missing} is omitted, but no line before states it")
+        assert self.x is not None and self.y is not None
+        return self.x, self.y
+
+    def _row(self, kind: Kind, ends: tuple[int, int, int, int], first: int, mark: int) -> int:
+        """Append a unit that ends with the current line."""
+        if self.tool is None:
+            self._no_tool()
+        if self.pattern is not None and self.pattern_from is None:
+            self._close_pattern()
+            self.pattern_from, self.pattern_line = len(self.columns[0]), self.at
+        if self.incremental:
+            mark |= Mark.INCREMENTAL
+        assert self.tool is not None
+        row = (int(kind), self.tool, *ends, first, self.at + 1, mark, self.barrier)
+        for column, value in zip(self.columns, row, strict=True):
+            column.append(value)
+        return len(self.columns[0]) - 1
+
+    def _no_tool(self) -> None:
+        data = self.document.data
+        if self.selections or re.search(rb"(?m)^[ \t]*T\d", data):
+            reason = "no tool is selected" if not self.selections else "T0 has unloaded the tool"
+            self.refuse(f"coordinates while {reason}; expected a tool selection such as T1 before")
+        if not self.tools:
+            self.refuse("coordinates before any tool; expected a tool selection such as T1")
+        self.by_stops = True
+        self._take(min(self.tools))
+
+    def _take(self, tool: int) -> None:
+        self.tool = tool
+        self.selections.append(Selection(tool, self.at, len(self.columns[0])))
+        self._barrier()
+
+    def _hit(self, x: bytes | None, y: bytes | None) -> None:
+        px, py = self._place(x, y)
+        complete = Mark.COMPLETE if x and y and not self.incremental else 0
+        self._row(Kind.HIT, (px, py, px, py), self.at, complete)
+
+    def select(self, words: Words) -> None:
+        """``T3`` selects; ``T3C.015`` defines and, outside a header, selects."""
+        number = int(words[0][1] or b"-1") if words[0][1].isdigit() else -1
+        if number < 0:
+            self.refuse("T without a tool number")
+        sizes = [text for letter, text in words[1:] if letter == "C"]
+        unknown = [letter for letter, _ in words[1:] if letter not in "CFSHBZIUVO"]
+        if unknown:
+            self.refuse(f"{unknown[0]!r} in a tool line is not understood; expected C, F or S")
+        if sizes or self.header:
+            self.define(number, sizes[0] if sizes else b"")
+        if self.header:
+            return
+        self._flush_open()
+        if number == 0 and 0 not in self.tools:
+            self.tool = None
+            self._barrier()
+            return
+        if number not in self.tools:
+            if any(tool.line for tool in self.tools.values()):
+                defined = ", ".join(t.name for t in self.tools.values())[:200]
+                self.refuse(f"T{number} is not defined; the file defines {defined}")
+            self.tools[number] = Tool(number)
+        self._take(number)
+
+    def define(self, number: int, size: bytes) -> None:
+        """A tool definition with its diameter as written."""
+        tool = Tool(number, self.settings.length(size, self.at + 1), self.plated, self.at + 1)
+        known = self.tools.get(number)
+        if known and known.line and known.diameter is not None and tool.diameter is not None:
+            if known.diameter != tool.diameter:
+                self.refuse(
+                    f"T{number} is defined again with another diameter (first on line {known.line})"
+                )
+            return
+        self.tools[number] = tool
+
+    def _flush_open(self) -> None:
+        """End a rout that no M16 ends; see :class:`~tcp.files.excellon.routing.Routing`."""
+
+    def _close_pattern(self) -> None:
+        if self.pattern is not None and self.copies:
+            lines = (self.pattern_line, self.at)
+            self.patterns.append(Pattern(*self.pattern, tuple(self.copies), lines))
+        self.pattern, self.copies = None, []

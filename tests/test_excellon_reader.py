@@ -1,0 +1,418 @@
+"""Excellon reader: real boards, dialects, and files it must refuse."""
+
+from __future__ import annotations
+
+import csv
+import math
+from fractions import Fraction
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tcp.errors import InputError, UsageError
+from tcp.files.excellon import (
+    Digits,
+    Hints,
+    Kind,
+    Units,
+    Zeros,
+    choose_tool,
+    expanded,
+    oddities,
+    parse,
+    parse_digits,
+    read_program,
+    workpiece,
+)
+from tcp.files.excellon.dialects import read_sidecar, report_counts
+from tcp.files.excellon.document import cut
+
+UNSTATED = {
+    "allegro-BeagleBoneAI-2019.drl": Hints(Units.INCH, Digits(5, 5)),
+    "allegro-BeagleVAhead-L1-10.drl": Hints(digits=Digits(2, 5)),
+    "allegro-BeagleVAhead-L1-5.drl": Hints(digits=Digits(2, 5)),
+    "allegro-parallella-MetaModule.drl": Hints(digits=Digits(2, 5)),
+    "eagle-axiom-beta-main.xln": Hints(zeros=Zeros.TZ),
+    "pads-Drill.drl": Hints(Units.INCH, zeros=Zeros.LZ),
+}
+"""Boards whose files leave something open, and what closes it."""
+
+REFUSED = {
+    "altium-AFCv2-EIA.drl": "EIA",
+    "altium-AFCv2.DRR": "report",
+    "upverter-design_export.xln": "Gerber",
+    "neg-syntax_error.exc": r":12: T99 is not defined",
+}
+
+
+def index(corpus: Path) -> list[dict[str, str]]:
+    with (corpus / "boards" / "INDEX.tsv").open() as file:
+        return list(csv.DictReader(file, delimiter="\t"))
+
+
+def test_counts_equal_the_index_on_every_board(corpus):
+    rows = [r for r in index(corpus) if r["file"] not in REFUSED]
+    assert len(rows) >= 48
+    for row in rows:
+        program = read_program(corpus / "boards" / row["file"], UNSTATED.get(row["file"]))
+        found = (program.hits, program.slots, program.routed)
+        listed = tuple(int(row[c]) for c in ("hits", "slots_G85", "routed_M15"))
+        assert found == listed, row["file"]
+        repeats = sum(map(len, program.repeats.values()))
+        assert repeats == int(row["R_repeats"]), row["file"]
+        assert len(expanded(program)[0]) == program.hits, row["file"]
+
+
+def test_every_byte_of_every_board_belongs_to_a_line(corpus):
+    for path in sorted((corpus / "boards").iterdir()):
+        data = path.read_bytes()
+        assert cut(data).write() == data, path.name
+
+
+@pytest.mark.parametrize("name", REFUSED)
+def test_what_is_no_drill_file_is_refused_by_name(corpus, name):
+    with pytest.raises(InputError, match=REFUSED[name]):
+        read_program(corpus / "boards" / name)
+
+
+@pytest.mark.parametrize("name", UNSTATED)
+def test_what_a_file_does_not_state_is_not_guessed(corpus, name):
+    with pytest.raises(InputError, match=r":\d+: .*--(units|format|zeros)"):
+        read_program(corpus / "boards" / name)
+
+
+def test_tool_travel_of_the_altium_report(corpus):
+    """Altium's report states the Euclidean length of the file's order: 7677.79 mm."""
+    program = read_program(corpus / "boards" / "altium-AFCv2-round-plated.txt")
+    piece = workpiece(program, choose_tool(program, None))
+    steps = np.hypot(np.diff(piece.x), np.diff(piece.y)).sum() * float(piece.step)
+    assert steps == pytest.approx(7677.84, abs=0.01)
+    counts = report_counts(corpus / "boards" / "altium-AFCv2.DRR")
+    assert {t: program.drilled(t) for t in program.used} == {t: counts[t] for t in program.used}
+
+
+def test_gerbonara_agrees_where_it_succeeds(corpus):
+    """A second opinion: same multiset of holes, in mm, on the boards that state everything."""
+    excellon = pytest.importorskip("gerbonara.excellon", reason="gerbonara is not installed")
+    import warnings
+
+    agreed = 0
+    for name in (
+        "kicad-clockblock.drl",
+        "kicad-ulx3s-PTH.drl",
+        "kicad-x2-Flashpads-PTH.drl",
+        "altium-LimeSDR-XTRX-1v1.txt",
+        "siemens2-ThruHolePlated.ncd",
+        "easyeda-pth.drl",
+        "target3001-IRNASIoTbank.drill",
+        "geda-controller-plated.cnc",
+    ):
+        path = corpus / "boards" / name
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            theirs = excellon.ExcellonFile.open(path)
+            holes = sorted(
+                (
+                    round(float(h.unit.convert_to("mm", h.x)), 3),
+                    round(h.unit.convert_to("mm", h.y), 3),
+                )
+                for h in theirs.drills()
+            )
+        tool, x, y = expanded(program := read_program(path))
+        ours = sorted(
+            (round(float(a * program.step), 3), round(float(b * program.step), 3))
+            for a, b in zip(x.tolist(), y.tolist(), strict=True)
+        )
+        assert len(ours) == len(holes) == len(tool), name
+        assert all(math.dist(p, q) < 0.003 for p, q in zip(ours, holes, strict=True)), name
+        agreed += 1
+    assert agreed == 8
+
+
+# -- dialects ------------------------------------------------------------------------------
+
+HEAD = "M48\nMETRIC,TZ\nT1C0.3\nT2C0.8\n%\n"
+
+
+def read(body: str, head: str = HEAD, hints: Hints | None = None, end: str = "M30\n"):
+    return parse((head + body + end).encode("latin-1"), "board.drl", hints)
+
+
+def places(program):
+    tool, x, y = expanded(program)
+    step = program.step
+    return [
+        (t, str(float(a * step)), str(float(b * step)))
+        for t, a, b in zip(tool.tolist(), x.tolist(), y.tolist(), strict=True)
+    ]
+
+
+def test_modal_coordinates_survive_a_tool_change():
+    program = read("T1\nX1000Y2000\nX3000\nY4000\nT2\nX5000\n")
+    assert places(program) == [
+        (1, "1.0", "2.0"),
+        (1, "3.0", "2.0"),
+        (1, "3.0", "4.0"),
+        (2, "5.0", "4.0"),
+    ]
+
+
+def test_long_runs_equal_single_lines():
+    lines = [
+        (f"X{i * 7}" if i % 3 else "") + (f"Y{i * i}" if i % 2 or not i % 3 else "")
+        for i in range(1, 200)
+    ]
+    body = "T1\nX0Y0\n" + "\n".join(lines) + "\n"
+    slow = "T1\nX0Y0\n" + " \n\n".join(lines) + "\n"
+    assert places(read(body)) == places(read(slow))
+
+
+@pytest.mark.parametrize(
+    ("unit", "text", "mm"),
+    [
+        ("INCH,LZ", "X01Y0025", ("25.4", "6.35")),
+        ("INCH,TZ", "X10000Y2500", ("25.4", "6.35")),
+        ("METRIC,LZ", "X01Y-0025", ("10.0", "-2.5")),
+        ("METRIC,LZ,0000.00", "X01Y0025", ("100.0", "25.0")),
+        ("METRIC,TZ,000.000", "X+1Y-25", ("0.001", "-0.025")),
+        ("METRIC,0000.00", "X000100Y002500", ("1.0", "25.0")),
+        ("INCH", "X1.5Y-.25", ("38.1", "-6.35")),
+        ("METRIC", "X5.Y-0.125", ("5.0", "-0.125")),
+        ("M71,TZ", "X1500Y2", ("1.5", "0.002")),
+    ],
+)
+def test_number_formats(unit, text, mm):
+    program = read(f"T1\n{text}\n", f"M48\n{unit}\nT1C0.3\n%\n")
+    assert places(program) == [(1, *mm)]
+
+
+def test_formats_from_comments_flags_and_defaults():
+    head = "M48\n;FILE_FORMAT=4:4\nMETRIC,LZ\nT1C0.3\n%\n"
+    assert places(read("T1\nX0012Y0034\n", head)) == [(1, "12.0", "34.0")]
+    kicad = "M48\n;FORMAT={3:3/ absolute / metric / suppress leading zeros}\nMETRIC,TZ\nT1C.3\n%\n"
+    assert places(read("T1\nX12Y34\n", kicad)) == [(1, "0.012", "0.034")]
+    plain = "%\nT1C.3F095S3\n"
+    hints = Hints(Units.MM, Digits(3, 4), Zeros.LZ)
+    assert places(read("X0123Y1\n", plain, hints)) == [(1, "12.3", "100.0")]
+
+
+@pytest.mark.parametrize(
+    ("hints", "said"),
+    [
+        (Hints(units=Units.INCH), "states units mm, but --units says inch"),
+        (Hints(zeros=Zeros.LZ), "states zeros tz, but --zeros says lz"),
+    ],
+)
+def test_a_flag_that_contradicts_the_file_is_refused(hints, said):
+    with pytest.raises(InputError, match=said):
+        read("T1\nX1Y1\n", hints=hints)
+
+
+def test_repeats():
+    program = read("T1\nX1000Y1000\nR2X500\nR01X0Y1000\nX9000Y9000\n")
+    assert [p[1:] for p in places(program)] == [
+        ("1.0", "1.0"),
+        ("1.5", "1.0"),
+        ("2.0", "1.0"),
+        ("2.0", "2.0"),
+        ("9.0", "9.0"),
+    ]
+    assert program.hits == 5 and len(program.rows) == 2
+
+
+def test_incremental_input():
+    program = read("T1\nG91\nX1000Y1000\nX500\nY-500\nR2X100\nG90\nX0Y0\n")
+    assert [p[1:] for p in places(program)] == [
+        ("1.0", "1.0"),
+        ("1.5", "1.0"),
+        ("1.5", "0.5"),
+        ("1.6", "0.5"),
+        ("1.7", "0.5"),
+        ("0.0", "0.0"),
+    ]
+    assert places(read("T1\nX1Y1\nX1Y1\n", HEAD.replace("M48", "M48\nICI,ON")))[1][1] == "0.002"
+
+
+def test_step_and_repeat_with_mirrors():
+    body = "T1\nM25\nX1000Y2000\nX3000\nM01\nM02X10000\nM02Y5000M80\nM02X0Y0M70\nM08\nX0Y0\n"
+    program = read(body)
+    assert program.hits == 9
+    assert [p[1:] for p in places(program)] == [
+        ("1.0", "2.0"), ("3.0", "2.0"),
+        ("11.0", "2.0"), ("13.0", "2.0"),
+        ("9.0", "7.0"), ("7.0", "7.0"),
+        ("12.0", "6.0"), ("12.0", "8.0"),
+        ("0.0", "0.0"),
+    ]  # fmt: skip
+
+
+def test_several_patterns_in_one_block_and_repeated_copies():
+    body = "M25\nT1\nX1Y1\nM01\nM02X100\nT2\nX2Y2\nM01\nR3M02Y100\nM08\n"
+    program = read(body)
+    assert (program.hits, program.drilled(1), program.drilled(2)) == (6, 2, 4)
+
+
+def test_slots_paths_and_canned_cycles():
+    body = (
+        "T1\nX0Y0G85X5000Y0\nX1Y1G82X3Y3\nX5Y5\nT2\nG00X1000Y1000\nM15\nG01X2000\nM16\nG05\n"
+        "G00X4000Y1000\nM15\nG01X5000Y2000\nX6000\nG02X7000Y2000A500\nM16\nG05\nX9Y9\n"
+    )
+    program = read(body)
+    assert (program.hits, program.slots, program.routed) == (2, 1, 2)
+    kinds = [Kind(k) for k in program.rows.kind.tolist()]
+    assert kinds == [Kind.SLOT, Kind.CANNED, Kind.HIT, Kind.ROUTE, Kind.ROUTE, Kind.HIT]
+    assert len(set(program.rows.stretch.tolist())) == 6
+
+
+def test_straight_paths_share_a_stretch_and_bent_ones_do_not():
+    def path(x: int, more: str = "") -> str:
+        return f"G00X{x}Y0\nM15\nG01X{x}Y900\n{more}M16\nG05\n"
+
+    program = read("T1\n" + path(1) + path(2) + path(3, "X9\n") + path(4))
+    assert program.rows.stretch.tolist() == [0, 0, 1, 2]
+
+
+def test_m00_changes_tools_in_allegro_files():
+    comments = "".join(
+        f";   Holesize {n}. = {n}0.0 Tolerance = +0.000000/-0.000000 PLATED MILS Quantity = 1\n"
+        for n in (1, 2)
+    )
+    program = read(
+        "G90\nX000001Y000002\nM00\nX000003Y000004\n", comments + "%\n", Hints(Units.INCH)
+    )
+    assert [(p[0]) for p in places(program)] == [1, 2]
+    assert program.tools[2].diameter == Fraction(508, 1000) and program.tools[2].plated
+
+
+def test_tool_zero_is_real_where_it_is_defined():
+    program = read("T0\nX1Y1\n", "M48\nMETRIC,TZ\nT0C0.5\n%\n")
+    assert program.used == (0,)
+    with pytest.raises(InputError, match=r"board.drl:7: .*T0 has unloaded"):
+        read("T1\nT0\nX1Y1\n".replace("T1\n", "T1\n", 1), HEAD.replace("T2C0.8\n", ""))
+
+
+def test_middle_headers_and_same_tool_again():
+    body = "T1\nX1Y1\nM48\nT3C0.9\n%\nT3\nX2Y2\nT1\nX3Y3\n"
+    program = read(body)
+    assert program.used == (1, 3) and len(program.selections) == 3
+    with pytest.raises(InputError, match="another diameter"):
+        read("T1\nX1Y1\nM48\nT1C0.9\n%\n")
+
+
+def test_format_1_codes():
+    head = "M48\nFMAT,1\nMETRIC,TZ\nT1C0.3\n%\nM25\n"
+    program = parse((head + "T1\nX1Y1\nM24\nM26X5\nM27\nM02\n").encode(), "b.drl")
+    assert program.hits == 2
+
+
+def test_plating_and_units_of_tools():
+    head = "M48\nINCH,TZ\n;TYPE=PLATED\nT1C0.01\n;TYPE=NON_PLATED\nT2F00S00C.02\n%\n"
+    program = read("T1\nX1Y1\n", head)
+    assert program.tools[1].diameter == Fraction(254, 1000)
+    assert [program.tools[t].plated for t in (1, 2)] == [True, False]
+
+
+def test_oddities_are_warned_about():
+    found = oddities(read("T1\nX0Y0\nX100Y0\nX0Y0\nX900000Y0\n"))
+    assert found[0].startswith("the board would be 900.0 x 0.0 mm, more than 460 mm")
+    assert [s.split(":")[0] for s in found[1:]] == ["T1", "T1"]
+    assert oddities(read("T1\nX0Y0\nX1000Y0\n")) == []
+
+
+# -- refusals ------------------------------------------------------------------------------
+
+BAD = {
+    "empty": (b"", "is empty"),
+    "blank": (b" \n\r\n", "is empty"),
+    "nul": (HEAD.encode() + b"T1\nX1Y\x001\nM30\n", r":7: holds a NUL"),
+    "utf16": ("\ufeff" + HEAD).encode("utf-16-le"),
+    "utf16-bare": (HEAD.encode("utf-16-le"), "UTF-16"),
+    "zip": (b"PK\x03\x04", "archive"),
+    "cut off": (HEAD.encode() + b"T1\nX1Y1\n", r":7: ends without M30"),
+    "cut in a line": (HEAD.encode() + b"T1\nX1Y1\nX2", "ends without M30"),
+    "no holes": (HEAD.encode() + b"M30\n", "holds no coordinates"),
+    "no tool": (HEAD.encode() + b"X1Y1\nT1\nX1Y1\nM30\n", r":6: coordinates while no tool"),
+    "no tool at all": (b"METRIC,TZ\n%\nX1Y1\nM30\n", r":3: coordinates before any tool"),
+    "unknown tool": (HEAD.encode() + b"T7\nX1Y1\nM30\n", r":6: T7 is not defined"),
+    "unknown word": (HEAD.encode() + b"T1\nX1Y1Q3\nM30\n", r":7: .*not understood"),
+    "unknown line": (HEAD.encode() + b"T1\nhello world\nM30\n", r":7: .*not understood"),
+    "unknown G": (HEAD.encode() + b"T1\nG77\nM30\n", r":7: G77 is not understood"),
+    "unknown M": (HEAD.encode() + b"T1\nM77\nM30\n", r":7: M77 is not understood"),
+    "no X yet": (HEAD.encode() + b"T1\nY1\nM30\n", r":7: X is omitted"),
+    "too long": (HEAD.encode() + b"T1\nX1234567Y1\nM30\n", r":7: 1234567 has more than the 6"),
+    "huge": (HEAD.encode() + b"T1\nX99999999999.0Y1\nM30\n", r":7: .*no coordinate"),
+    "decimals": (HEAD.encode() + b"T1\nX0.12345678901Y1\nM30\n", r":7: .*no coordinate"),
+    "down": (HEAD.encode() + b"T1\nG00X1Y1\nM15\nG01X2\nM30\n", r":10: the router is still down"),
+    "plunge": (HEAD.encode() + b"T1\nX1Y1\nM15\nM30\n", r":8: M15 plunges"),
+    "repeat": (HEAD.encode() + b"T1\nR2X1\nM30\n", r":7: R repeats a hit"),
+    "repeat count": (HEAD.encode() + b"T1\nX1Y1\nR0X1\nM30\n", r":8: R needs a count"),
+    "pattern": (HEAD.encode() + b"T1\nM25\nX1Y1\nM30\n", r":7: the pattern that M25"),
+    "copy": (HEAD.encode() + b"T1\nX1Y1\nM02X5\nM30\n", r":8: M02 repeats a pattern"),
+    "after end": (HEAD.encode() + b"T1\nX1Y1\nM30\nX2Y2\n", r":9: follows the end"),
+    "other units": (HEAD.encode() + b"T1\nX1Y1\nINCH\nM30\n", r":8: states units inch, but line 2"),
+    "format late": (HEAD.encode() + b"T1\nX1Y1\nMETRIC,0000.00\nM30\n", r":8: states the format"),
+    "zero set": (HEAD.encode() + b"T1\nX1Y1\nG93X5Y5\nX2Y2\nM30\n", r":8: G93 moves"),
+    "gerber": (b"G04 x*\n%FSLAX24Y24*%\nM02*\n", "Gerber"),
+    "hpgl": (b"IN;SP1;PU100,100;PD;\n", "HPGL"),
+    "gcode": (b"G21\nG90\nG0 X1 Y1 Z5\nG1 Z-2\nM30\n", "G-code"),
+    "report": (b"NCDrill File Report For: x\n", "report"),
+    "html": (b"<!DOCTYPE html>\n<html>", "HTML"),
+}  # fmt: skip
+BAD["utf16"] = (BAD["utf16"], "UTF-16")
+
+
+@pytest.mark.parametrize("name", BAD)
+def test_bad_files_get_one_sentence_with_line_and_remedy(name):
+    data, said = BAD[name]
+    with pytest.raises(InputError, match=said) as caught:
+        parse(data, "board.drl")
+    assert "\n" not in str(caught.value)
+
+
+def test_a_file_without_its_end_can_be_accepted():
+    assert read("T1\nX1Y1\n", hints=Hints(unfinished=True), end="").hits == 1
+
+
+def test_missing_files_and_folders(tmp_path):
+    with pytest.raises(InputError, match="No such file"):
+        read_program(tmp_path / "none.drl")
+    with pytest.raises(InputError, match="Is a directory"):
+        read_program(tmp_path)
+    loop = tmp_path / "loop.drl"
+    loop.symlink_to(loop)
+    with pytest.raises(InputError, match="symbolic links"):
+        read_program(loop)
+
+
+def test_sidecars(tmp_path):
+    (tmp_path / "nc_param.txt").write_text(
+        "INTEGER-PLACES 3\nDECIMAL-PLACES 4\nOUTPUT-UNITS METRIC\nSUPPRESS-LEAD-ZEROES YES\n"
+    )
+    board = tmp_path / "board.drl"
+    text = "T1C.3\n%\nX12Y34\nM30\n"
+    board.write_text(text)
+    with pytest.raises(InputError, match="does not state its units"):
+        read_program(board)
+    board.write_text(";LEADER: 12\n" + text)
+    assert places(read_program(board)) == [(1, "0.0012", "0.0034")]
+    board.write_text(";LEADER: 12\nINCH\n" + text)
+    with pytest.raises(InputError, match=r"nc_param\.txt says mm"):
+        read_program(board)
+    with pytest.raises(InputError, match="neither"):
+        read_sidecar(board)
+
+
+@pytest.mark.parametrize("text", ["", "24", "2:4:1", "a:b", "0:0", "12:4", "2:10"])
+def test_number_formats_that_are_none(text):
+    with pytest.raises(UsageError):
+        parse_digits(text)
+
+
+def test_tools_are_chosen_by_name_or_by_size():
+    program = read("T1\nX1Y1\nT2\nX2Y2\nX3Y3\n")
+    assert choose_tool(program, None) == 2
+    assert choose_tool(program, "T1") == choose_tool(program, 1) == 1
+    assert len(workpiece(program, choose_tool(program, "all"))) == 3
+    with pytest.raises(InputError, match="expected one of T1, T2"):
+        choose_tool(program, "T9")
