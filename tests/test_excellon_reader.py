@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tcp import Model, Travel, files
 from tcp.errors import InputError, UsageError
 from tcp.files.excellon import (
     Digits,
@@ -416,3 +417,24 @@ def test_tools_are_chosen_by_name_or_by_size():
     assert len(workpiece(program, choose_tool(program, "all"))) == 3
     with pytest.raises(InputError, match="expected one of T1, T2"):
         choose_tool(program, "T9")
+
+
+# -- as a workpiece ------------------------------------------------------------------------
+
+
+def test_files_read_knows_drill_files_by_suffix_or_by_look(tmp_path):
+    text = HEAD + "T1\nX1Y1\nT2\nX2Y2\nX3Y3\nX0Y0G85X9Y9\nM30\n"
+    for name in ("board.drl", "board.TXT", "board.exc", "board"):
+        path = tmp_path / name
+        path.write_text(text)
+        reading = files.read(path)
+        assert reading.workpiece.name.endswith("-T2") and len(reading.workpiece) == 2
+        assert reading.travel == Travel(Model.SIMULTANEOUS)
+        assert "T1" in reading.notes[-2] and "1 slots" in reading.notes[-1]
+    assert len(files.read(path, tool="all").workpiece) == 3
+    (tmp_path / "holes.txt").write_text("1,2\n3,4\n")
+    assert len(files.read(tmp_path / "holes.txt").workpiece) == 2
+    with pytest.raises(UsageError, match="take no option 'tool'"):
+        files.read(tmp_path / "holes.txt", tool="T1")
+    with pytest.raises(UsageError, match="expected mm or inch"):
+        files.read(path, units="mil")

@@ -92,10 +92,13 @@ class Problem:
     min_jump: Fraction | None = None
     forbid: tuple[tuple[str, str], ...] = ()
     units: str | None = None
+    tool: str | None = None
+    format: str | None = None
+    zeros: str | None = None
 
     def read(self, path: str | Path) -> Reading:
-        """Read a workpiece file in the units asked for."""
-        return read(path, units=self.units)
+        """Read a workpiece file, with what was said about its numbers and tools."""
+        return read(path, units=self.units, tool=self.tool, format=self.format, zeros=self.zeros)
 
     def instance(self, reading: Reading) -> Instance:
         """The instance that the options make of a file.
@@ -238,5 +241,20 @@ _OPTIONS = [
         "--units",
         type=click.Choice(["mm", "inch"]),
         help="Unit of the file's coordinates, where it does not say.  [default: mm]",
+    ),
+    click.option(
+        "--tool",
+        metavar="T",
+        help="Drill files: the tool whose holes to take, or all.  [default: the busiest]",
+    ),
+    click.option(
+        "--format",
+        metavar="N:M",
+        help="Drill files: digits before and behind the point that is left out, e.g. 2:4.",
+    ),
+    click.option(
+        "--zeros",
+        type=click.Choice(["lz", "tz"]),
+        help="Drill files: keep leading (lz) or trailing (tz) zeros.",
     ),
 ]

@@ -6,11 +6,13 @@ format; a new format is one module and one line in :data:`READERS`.
 
 from __future__ import annotations
 
+import inspect
 from collections.abc import Callable
 from importlib import import_module
 from pathlib import Path
 from typing import Any
 
+from tcp.errors import UsageError
 from tcp.files.reading import Reading
 
 READERS: dict[str, str] = {
@@ -18,6 +20,10 @@ READERS: dict[str, str] = {
     ".tsv": "tcp.files.csv",
     ".txt": "tcp.files.csv",
     ".tsp": "tcp.files.tsplib",
+    **dict.fromkeys(
+        (".drl", ".drd", ".xln", ".exc", ".xnc", ".ncd", ".drill", ".rou", ".drr"),
+        "tcp.files.excellon",
+    ),
 }
 """The module that reads files of a suffix; it offers ``read(path, **options) -> Reading``."""
 
@@ -28,7 +34,8 @@ def read(path: str | Path, *, units: str | None = None, **options: Any) -> Readi
     Parameters
     ----------
     path : path
-        The file; its suffix tells the format, and an unknown suffix is read as CSV.
+        The file; its suffix tells the format; an unknown one, and ``.txt``, is read as CSV
+        unless it looks like a drill file.
     units : {"mm", "inch"}, optional
         Unit of the coordinates, where the file does not say.
     **options
@@ -45,9 +52,27 @@ def read(path: str | Path, *, units: str | None = None, **options: Any) -> Readi
         If the file cannot be read or is not valid; names file and line.
     """
     path = Path(path)
-    module = import_module(READERS.get(path.suffix.lower(), "tcp.files.csv"))
-    reader: Callable[..., Reading] = module.read
-    return reader(path, units=units, **options)
+    name = _reader(path)
+    reader: Callable[..., Reading] = import_module(name).read
+    given = {key: value for key, value in options.items() if value is not None}
+    unknown = given.keys() - inspect.signature(reader).parameters.keys()
+    if unknown:
+        raise UsageError(f"{path}: files of this format take no option {min(unknown)!r}")
+    return reader(path, units=units, **given)
+
+
+def _reader(path: Path) -> str:
+    """The module that reads a file; Altium and others call their drill files ``.txt``."""
+    suffix = path.suffix.lower()
+    if suffix in READERS and suffix != ".txt":
+        return READERS[suffix]
+    try:
+        with path.open("rb") as file:
+            head = file.read(65536)
+    except OSError:
+        return "tcp.files.csv"  # whose message says what is wrong with the file
+    dialects = import_module("tcp.files.excellon.dialects")
+    return "tcp.files.excellon" if dialects.looks_excellon(head) else "tcp.files.csv"
 
 
 __all__ = ["READERS", "Reading", "read"]
