@@ -41,6 +41,9 @@ SOLVERS: Mapping[str, Entry] = {
     "held-karp": Entry("tcp.exact.held_karp", exact=True, libraries=("numba",)),
     "cp-sat": Entry("tcp.exact.cp_sat", exact=True, libraries=("ortools",)),
     "routing": Entry("tcp.exact.routing", exact=True, libraries=("ortools",)),
+    "htga": Entry("tcp.heuristics.htga", exact=False, libraries=("numba",)),
+    "cuckoo": Entry("tcp.heuristics.cuckoo", exact=False, libraries=("numba",)),
+    "firefly": Entry("tcp.heuristics.firefly", exact=False, libraries=("numba",)),
 }
 
 

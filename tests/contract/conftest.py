@@ -18,6 +18,9 @@ from tcp.validate.route import faults
 
 OPTIONS: dict[str, list[dict[str, Any]]] = {
     "routing": [{}, {"exact": True}],
+    "htga": [{"np": 10, "gn": 30}],
+    "cuckoo": [{"np": 10, "generations": 30}],
+    "firefly": [{"agents": 5, "iterations": 30}],
 }
 """Options worth a contract of their own; a solver that is not named here runs with its defaults."""
 

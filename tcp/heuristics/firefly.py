@@ -1,0 +1,195 @@
+"""The firefly algorithm of Lit et al. for drill paths.
+
+Source: A. Lit, A. F. Zainal Abidin, M. Z. Iqbal Zakaria, K. S. Lim, M. N. Ayob,
+F. Yakop, "Applying firefly algorithm in finding optimized path in PCB holes
+drilling process".  Line numbers below are those of its Algorithm 1, equations
+its (4)-(8).
+
+An agent is a vector of hole numbers, s_m[d] the hole drilled at place d
+(equation 4).  After a move the smallest value becomes hole 1, the next hole 2,
+... (the rank correction), and the corrected vector is the agent's position.
+
+Readings chosen:
+
+* Equation (7) prints ``beta_0 exp(-gamma r) (s_m - s_u)``, which flees from the
+  brighter agent; the text and Algorithm 1 say "move agent m towards u", so the
+  difference is ``s_u - s_m``.  ``toward=False`` takes the equation as printed.
+* The exponent is ``gamma r`` as printed (Yang's is gamma r^2).
+* e_m is "a vector random number taken from uniform distribution" without a
+  range.  With a range of width 1, be it [0, 1] or Yang's [-1/2, 1/2], **the
+  printed algorithm stands still**: positions are whole hole numbers, so two
+  places differ by at least 1 and noise of width 1 with alpha = 1 never swaps
+  two ranks, while exp(-gamma r) leaves an attraction of a few parts in 10^9 at
+  the distances of random agents (r is about 21 for 14 holes).  The default is
+  ``width=2``: e_m uniform in (-1, 1), the narrowest whole range that moves.
+* A move is kept whether or not it is better, as in Algorithm 1; only the best
+  solution found so far is remembered.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+from numpy.random import Generator
+from numpy.typing import NDArray
+
+from tcp.errors import UsageError
+from tcp.heuristics.orders import (
+    TRIVIAL,
+    answer,
+    enumerate_all,
+    length,
+    orders,
+    refusal,
+    search,
+)
+from tcp.instance import Instance
+from tcp.result import Outcome, Report
+from tcp.stop import Clock
+from tcp.travel import Ints
+
+__all__ = ["refusal", "run"]
+
+Floats = NDArray[np.float64]
+
+
+def run(
+    instance: Instance,
+    *,
+    rng: Generator,
+    clock: Clock,
+    report: Report,
+    agents: int = 50,
+    iterations: int = 10_000,
+    beta0: float = 1.0,
+    alpha: float = 1.0,
+    gamma: float = 1.0,
+    width: float = 2.0,
+    toward: bool = True,
+) -> Outcome:
+    """Search with the firefly algorithm.
+
+    Parameters
+    ----------
+    instance, rng, clock, report
+        As in every solver.
+    agents : int
+        q, >= 2.
+    iterations : int
+        t, >= 0.
+    beta0, alpha, gamma : float
+        Attractiveness at distance 0, randomization and absorption, >= 0.
+    width : float
+        Width of the uniform distribution of e_m around 0, >= 0; see the readings.
+    toward : bool
+        Towards the brighter agent, or the sign that equation (7) prints.
+
+    Returns
+    -------
+    Outcome
+        The best route; ``details`` has the iterations made and the moves evaluated.
+
+    Raises
+    ------
+    UsageError
+        For a parameter out of range.
+    """
+    if agents < 2 or iterations < 0 or min(beta0, alpha, gamma, width) < 0:
+        raise UsageError("firefly needs agents >= 2 and no negative parameter")
+    problem = orders(instance)
+    m = len(problem)
+    if m <= TRIVIAL:
+        return enumerate_all(instance, problem)
+    swarm = np.array([rng.permutation(m) for _ in range(agents)])
+    costs = np.array([length(s, problem.legs) for s in swarm])
+    record, cost = swarm[costs.argmin()].copy(), np.array([costs.min()])
+    searched = np.array([agents])
+    beta = beta0 if toward else -beta0
+
+    def advance(steps: int, target: int) -> tuple[int, Ints, Ints]:
+        return _iterations(
+            rng, problem.legs, swarm, costs, record, cost, searched,
+            beta, gamma, alpha * width, steps, target,
+        )  # fmt: skip
+
+    stopped, done = search(instance, problem, iterations, clock, report, int(cost[0]), advance)
+    return answer(
+        problem, record, int(cost[0]), stopped, iterations=done, evaluations=int(searched[0])
+    )
+
+
+@njit(cache=True)
+def _iterations(
+    rng: Generator,
+    legs: Ints,
+    swarm: Ints,
+    costs: Ints,
+    record: Ints,
+    cost: Ints,
+    searched: Ints,
+    beta: float,
+    gamma: float,
+    noise: float,
+    steps: int,
+    target: int,
+) -> tuple[int, Ints, Ints]:
+    """Lines 05-15 of Algorithm 1, ``steps`` times."""
+    agents, m = swarm.shape
+    at = np.zeros(steps, dtype=np.int64)
+    news = np.zeros(steps, dtype=np.int64)
+    found = 0
+    value = np.zeros(m)
+    place = np.zeros(m, dtype=np.int64)
+    sequence = np.zeros(m, dtype=np.int64)
+    for step in range(1, steps + 1):
+        before = cost[0]
+        for a in range(agents):
+            for hole in range(m):
+                place[swarm[a, hole]] = hole
+            for u in range(agents):
+                if costs[a] > costs[u]:  # I_m < I_u, with equation (6)
+                    _move(rng, swarm[a], swarm[u], beta, gamma, noise, value)
+                    _correct(swarm[a], value, place, sequence)
+                    costs[a] = length(swarm[a], legs)
+                    searched[0] += 1
+                    if costs[a] < cost[0]:
+                        cost[0] = costs[a]
+                        record[:] = swarm[a]
+        if cost[0] < before:
+            at[found], news[found] = step, cost[0]
+            found += 1
+            if cost[0] <= target:
+                return step, at[:found], news[:found]
+    return steps, at[:found], news[:found]
+
+
+@njit(inline="always", cache=True)
+def _move(
+    rng: Generator, one: Ints, other: Ints, beta: float, gamma: float, noise: float, value: Floats
+) -> None:
+    """Equations (7) and (8): where agent ``one`` comes to stand, before the correction."""
+    m = len(one)
+    square = 0
+    for d in range(m):
+        square += (one[d] - other[d]) * (one[d] - other[d])
+    pull = beta * math.exp(-gamma * math.sqrt(square))
+    for d in range(m):
+        value[d] = one[d] + pull * (other[d] - one[d]) + noise * (rng.random() - 0.5)
+
+
+@njit(inline="always", cache=True)
+def _correct(agent: Ints, value: Floats, place: Ints, sequence: Ints) -> None:
+    """Line 10: values become hole numbers by rank; ``place`` is the agent's inverse."""
+    m = len(agent)
+    for rank in range(m):  # almost in order already: insertion sort
+        d = place[rank]
+        at = rank
+        while at > 0 and value[sequence[at - 1]] > value[d]:
+            sequence[at] = sequence[at - 1]
+            at -= 1
+        sequence[at] = d
+    for rank in range(m):
+        place[rank] = sequence[rank]
+        agent[sequence[rank]] = rank

@@ -1,0 +1,422 @@
+"""HTGA: the hybrid Taguchi genetic algorithm of Al-Janan and Liu.
+
+Source: D. H. Al-Janan, T.-K. Liu, "Path optimization of CNC PCB drilling using
+hybrid Taguchi genetic algorithm", Kybernetes 45(1), 2016.  Symbols are the
+paper's: NP population, NO = 0.8 NP offspring selected, CR crossover rate, MR
+mutation rate, GN generations, TR the time of a route.  Steps 2-8 of its
+Section 3 are the functions below, in its order.
+
+Readings chosen, because the paper is silent or its figure is lost:
+
+* Step 3: the share of a chromosome on the roulette wheel is 1/TR (a shorter
+  route contributes more).  A pair is two chromosomes with different genes; when
+  16 spins bring only equal ones (a converged population) the last pair stands.
+* Step 4: "a gene U1 chosen randomly from P1 is used along with the sequence in
+  P2": the four genes of U1 come first, the others follow in the sequence of P2.
+  ``crossover="places"`` instead keeps U1 at its places of P1, the set-partition
+  crossover of scheduling.  Pairs that are not crossed leave no offspring: Step 8
+  sees the parents anyway.
+* Step 5: once a generation (``taguchi`` times), on two chromosomes of the
+  offspring, as "only two chromosomes from the offspring population are
+  analyzed".  A run of the array takes gene g from Level 1 or 2; a gene that is
+  there already gives way to the missing genes, in the sequence of Level 1.
+  Equation (3) prints y_t^2/t; with the one observation per run that a
+  deterministic TR has, it is eta = -10 log10(y^2) either way.
+* Step 6: all six arrangements of the three genes compete, the present one
+  among them, so a mutation never makes a route longer.
+* Step 8: copies are removed, for without that a few dozen generations leave
+  nothing but copies and Step 3 finds no distinct pair any more;
+  ``distinct=False`` ranks "all chromosomes" as the sentence says.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+from numpy.random import Generator
+from numpy.typing import NDArray
+
+from tcp.errors import UsageError
+from tcp.heuristics.arrays import orthogonal_array
+from tcp.heuristics.orders import (
+    TRIVIAL,
+    answer,
+    enumerate_all,
+    length,
+    orders,
+    refusal,
+    search,
+    shuffle,
+)
+from tcp.instance import Instance
+from tcp.result import Outcome, Report
+from tcp.stop import Clock
+from tcp.travel import Ints
+
+__all__ = ["refusal", "run"]
+
+Genes = NDArray[np.int32]
+Levels = NDArray[np.int8]
+Floats = NDArray[np.float64]
+
+GENES = 4
+"""Genes of U1 and U2 in the set-partition crossover."""
+
+SPINS = 16
+"""Spins of the roulette wheel for a second parent with other genes than the first."""
+
+
+def run(
+    instance: Instance,
+    *,
+    rng: Generator,
+    clock: Clock,
+    report: Report,
+    np: int = 50,
+    no: float = 0.8,
+    cr: float = 0.6,
+    mr: float = 0.2,
+    gn: int = 10_000,
+    crossover: str = "front",
+    taguchi: int = 1,
+    distinct: bool = True,
+) -> Outcome:
+    """Search with the hybrid Taguchi genetic algorithm.
+
+    Parameters
+    ----------
+    instance, rng, clock, report
+        As in every solver.
+    np : int
+        NP, the population, >= 4 (the paper: 50 for WP1 and WP2, 100 for WP3).
+    no : float
+        NO as a share of NP, in (0, 1].
+    cr, mr : float
+        CR and MR, in [0, 1].
+    gn : int
+        GN, generations, >= 0 (the paper: 10,000; 20,000 for WP3).
+    crossover : {"front", "places"}
+        Where U1 goes; see the module's readings.
+    taguchi : int
+        Taguchi experiments a generation, >= 0; 0 is the genetic algorithm alone.
+    distinct : bool
+        Whether elimination removes copies.
+
+    Returns
+    -------
+    Outcome
+        The best route; ``details`` has the generations made and the routes evaluated.
+
+    Raises
+    ------
+    UsageError
+        For a parameter out of range.
+    """
+    _check(np, no, cr, mr, gn, crossover, taguchi)
+    problem = orders(instance)
+    if len(problem) <= TRIVIAL:
+        return enumerate_all(instance, problem)
+    pairs = max(1, round(no * np) // 2)
+    genes, times, slots, searched = _empty(np, np + 2 * pairs + taguchi, len(problem))
+    array = orthogonal_array(len(problem))
+    _initialise(rng, problem.legs, genes, times, slots, np)
+
+    def advance(steps: int, target: int) -> tuple[int, Ints, Ints]:
+        return _generations(
+            rng, problem.legs, array, genes, times, slots, searched, np, pairs, cr, mr,
+            crossover == "front", taguchi, distinct, steps, target,
+        )  # fmt: skip
+
+    best = int(times[slots[0]])
+    stopped, done = search(instance, problem, gn, clock, report, best, advance)
+    return answer(
+        problem,
+        genes[slots[0]],
+        int(times[slots[0]]),
+        stopped,
+        iterations=done,
+        evaluations=int(searched[0]),
+    )
+
+
+def _empty(population: int, size: int, m: int) -> tuple[Genes, Ints, Ints, Ints]:
+    """Chromosomes, their TR, the slots in order of rank, and the count of evaluations."""
+    genes = np.zeros((size, m), dtype=np.int32)
+    return genes, np.zeros(size, np.int64), np.arange(size), np.array([population])
+
+
+def _check(np: int, no: float, cr: float, mr: float, gn: int, crossover: str, taguchi: int) -> None:
+    if np < 4 or gn < 0 or taguchi < 0:
+        raise UsageError("htga needs np >= 4, gn >= 0 and taguchi >= 0")
+    if not (0 < no <= 1 and 0 <= cr <= 1 and 0 <= mr <= 1):
+        raise UsageError("htga needs no in (0, 1] and cr, mr in [0, 1]")
+    if crossover not in ("places", "front"):
+        raise UsageError(f"htga knows the crossovers places and front, not {crossover!r}")
+
+
+@njit(cache=True)
+def _initialise(
+    rng: Generator, legs: Ints, genes: Genes, times: Ints, slots: Ints, population: int
+) -> None:
+    """Step 2: random chromosomes, distinct as far as there are enough orders."""
+    m = genes.shape[1]
+    for i in range(population):
+        genes[i] = np.arange(m)
+        for _ in range(SPINS):
+            shuffle(rng, genes[i])
+            fresh = True
+            for j in range(i):
+                if _equal(genes[i], genes[j]):
+                    fresh = False
+                    break
+            if fresh:
+                break
+        times[i] = length(genes[i], legs)
+    slots[:population] = slots[:population][np.argsort(times[:population], kind="mergesort")]
+
+
+@njit(cache=True)
+def _generations(
+    rng: Generator,
+    legs: Ints,
+    array: Levels,
+    genes: Genes,
+    times: Ints,
+    slots: Ints,
+    searched: Ints,
+    population: int,
+    pairs: int,
+    cr: float,
+    mr: float,
+    front: bool,
+    taguchi: int,
+    distinct: bool,
+    steps: int,
+    target: int,
+) -> tuple[int, Ints, Ints]:
+    """Steps 3-8, ``steps`` times; ``slots[:population]`` are the parents, best first."""
+    at = np.zeros(steps, dtype=np.int64)
+    costs = np.zeros(steps, dtype=np.int64)
+    found = 0
+    wheel = np.zeros(population)
+    stamp = np.zeros(genes.shape[1], dtype=np.int64)
+    for step in range(1, steps + 1):
+        before = times[slots[0]]
+        _spin_up(times, slots, population, wheel)
+        end = population
+        for _ in range(pairs):
+            first, second = _select(rng, genes, times, slots, wheel)
+            if rng.random() < cr:
+                _cross(rng, genes, first, second, slots[end], stamp, front)
+                _cross(rng, genes, second, first, slots[end + 1], stamp, front)
+                end += 2
+        for k in range(population, end):
+            times[slots[k]] = length(genes[slots[k]], legs)
+        searched[0] += end - population
+        crossed = end
+        for _ in range(taguchi):
+            if crossed - population >= 2:
+                a = population + rng.integers(0, crossed - population)
+                b = population + rng.integers(0, crossed - population - 1)
+                b = b + 1 if b >= a else b
+                child = slots[end]
+                times[child] = _taguchi(array, legs, genes, slots[a], slots[b], child, stamp)
+                searched[0] += array.shape[0] + 1
+                end += 1
+        for k in range(population, end):
+            if rng.random() < mr:
+                times[slots[k]] += _mutate(rng, genes[slots[k]], legs)
+                searched[0] += 6
+        _eliminate(genes, times, slots, population, end, distinct)
+        if times[slots[0]] < before:
+            at[found], costs[found] = step, times[slots[0]]
+            found += 1
+            if times[slots[0]] <= target:
+                return step, at[:found], costs[:found]
+    return steps, at[:found], costs[:found]
+
+
+@njit(cache=True)
+def _equal(a: Genes, b: Genes) -> bool:
+    for k in range(len(a)):  # noqa: SIM110 (numba compiles no generator expression)
+        if a[k] != b[k]:
+            return False
+    return True
+
+
+@njit(cache=True)
+def _spin_up(times: Ints, slots: Ints, population: int, wheel: Floats) -> None:
+    """Step 3: the cumulative probability of each parent."""
+    total = 0.0
+    for k in range(population):
+        total += 1.0 / max(times[slots[k]], 1)
+        wheel[k] = total
+
+
+@njit(cache=True)
+def _spin(rng: Generator, wheel: Floats) -> int:
+    at = np.searchsorted(wheel, rng.random() * wheel[-1], side="right")
+    return min(at, len(wheel) - 1)
+
+
+@njit(cache=True)
+def _select(
+    rng: Generator, genes: Genes, times: Ints, slots: Ints, wheel: Floats
+) -> tuple[int, int]:
+    """Step 3: a pair of parents with different genes."""
+    first = slots[_spin(rng, wheel)]
+    second = first
+    for _ in range(SPINS):
+        second = slots[_spin(rng, wheel)]
+        if times[first] != times[second] or not _equal(genes[first], genes[second]):
+            break
+    return first, second
+
+
+@njit(cache=True)
+def _cross(
+    rng: Generator, genes: Genes, first: int, second: int, child: int, stamp: Ints, front: bool
+) -> None:
+    """Step 4: GENES random genes of the first parent, the rest in the second's sequence."""
+    m = genes.shape[1]
+    stamp[:] = 0
+    chosen = 0
+    while chosen < GENES:
+        k = rng.integers(0, m)
+        gene = genes[first, k]
+        if stamp[gene] == 0:
+            stamp[gene] = 1
+            genes[child, chosen if front else k] = gene
+            chosen += 1
+    at = GENES if front else 0
+    for k in range(m):
+        gene = genes[second, k]
+        if stamp[gene] == 0:
+            while not front and stamp[genes[first, at]] == 1:
+                at += 1
+            genes[child, at] = gene
+            at += 1
+
+
+@njit(cache=True)
+def _taguchi(
+    array: Levels, legs: Ints, genes: Genes, one: int, two: int, child: int, stamp: Ints
+) -> int:
+    """Step 5: the best chromosome of the array, or the predicted one; returns its TR."""
+    runs, m = array.shape
+    effect = np.zeros((2, m))
+    stamp[:] = -1
+    trial = np.zeros(m, dtype=genes.dtype)
+    best = -1
+    for r in range(runs + 1):
+        levels = array[r] if r < runs else (effect[1] > effect[0]).astype(array.dtype)
+        _mix(levels, genes[one], genes[two], trial, stamp, r)
+        y = length(trial, legs)
+        if r < runs:
+            eta = -20.0 * math.log10(max(y, 1))
+            for g in range(m):
+                effect[levels[g], g] += eta
+        if best < 0 or y < best:
+            best = y
+            genes[child] = trial
+    return best
+
+
+@njit(cache=True)
+def _mix(levels: Levels, one: Genes, two: Genes, trial: Genes, stamp: Ints, mark: int) -> None:
+    """One run of the array, repaired to a legal chromosome; ``stamp`` marks used genes."""
+    m = len(one)
+    doubled = 0
+    for g in range(m):
+        gene = one[g] if levels[g] == 0 else two[g]
+        if stamp[gene] == mark:
+            trial[g] = -1
+            doubled += 1
+        else:
+            stamp[gene] = mark
+            trial[g] = gene
+    missing = 0
+    for g in range(m):
+        if doubled == 0:
+            break
+        if trial[g] < 0:
+            while stamp[one[missing]] == mark:
+                missing += 1
+            trial[g] = one[missing]
+            missing += 1
+            doubled -= 1
+
+
+@njit(cache=True)
+def _mutate(rng: Generator, order: Genes, legs: Ints) -> int:
+    """Step 6: the best of the 3! arrangements of three random genes; returns the gain <= 0."""
+    m = len(order)
+    i = rng.integers(0, m)
+    j = rng.integers(0, m - 1)
+    j = j + 1 if j >= i else j
+    k = rng.integers(0, m - 2)
+    for taken in (min(i, j), max(i, j)):
+        k = k + 1 if k >= taken else k
+    a, b, c = order[i], order[j], order[k]
+    now = _around(order, i, j, k, legs)
+    best, p, q, r = now, a, b, c
+    for u, v, w in ((a, c, b), (b, a, c), (b, c, a), (c, a, b), (c, b, a)):
+        order[i], order[j], order[k] = u, v, w
+        cost = _around(order, i, j, k, legs)
+        if cost < best:
+            best, p, q, r = cost, u, v, w
+    order[i], order[j], order[k] = p, q, r
+    return best - now
+
+
+@njit(cache=True)
+def _around(order: Genes, i: int, j: int, k: int, legs: Ints) -> int:
+    """Cost of the legs that touch three places, each leg once."""
+    m = len(order)
+    total = np.int64(0)
+    for p in (i, j, k):
+        previous = m if p == 0 else order[p - 1]
+        total += legs[previous, order[p]]
+        if p + 1 != i and p + 1 != j and p + 1 != k:
+            following = m if p + 1 == m else order[p + 1]
+            total += legs[order[p], following]
+    return total
+
+
+@njit(cache=True)
+def _eliminate(
+    genes: Genes, times: Ints, slots: Ints, population: int, end: int, distinct: bool
+) -> None:
+    """Step 8: parents and offspring by rank; the first NP stay, parents first among equals."""
+    order = np.argsort(times[slots[:end]], kind="mergesort")
+    ranked = slots[:end][order]
+    if distinct:
+        kept = 0
+        later = end
+        for k in range(end):
+            if kept > 0 and _copy(genes, times, ranked[k], slots, kept):
+                later -= 1
+                order[later] = ranked[k]
+            else:
+                slots[kept] = ranked[k]
+                kept += 1
+        for k in range(kept, end):
+            slots[k] = order[k]
+        if kept < population:
+            rest = slots[kept:end]
+            slots[kept:end] = rest[np.argsort(times[rest], kind="mergesort")].copy()
+    else:
+        slots[:end] = ranked
+
+
+@njit(cache=True)
+def _copy(genes: Genes, times: Ints, one: int, slots: Ints, kept: int) -> bool:
+    """Whether a chromosome equals one of the kept ones of its TR."""
+    k = kept - 1
+    while k >= 0 and times[slots[k]] == times[one]:
+        if _equal(genes[slots[k]], genes[one]):
+            return True
+        k -= 1
+    return False
