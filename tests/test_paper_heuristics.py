@@ -280,7 +280,7 @@ def test_elimination_keeps_the_best(distinct):
     genes[8:] = genes[:4]
     times = (genes @ np.arange(6)).astype(np.int64)
     slots = np.arange(12)
-    htga._eliminate(genes, times, slots, 8, 12, distinct)
+    htga._eliminate(genes, times, slots, 12, distinct)
     assert sorted(slots) == list(range(12))
     kept = [tuple(genes[s]) for s in slots[:8]]
     assert times[slots[:8]].tolist() == sorted(times[slots[:8]].tolist())

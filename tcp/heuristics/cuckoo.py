@@ -40,6 +40,7 @@ from tcp.heuristics.orders import (
     TRIVIAL,
     Orders,
     answer,
+    below,
     enumerate_all,
     length,
     orders,
@@ -180,7 +181,7 @@ def _fitness(sequence: Ints, legs: Ints, cut: bool) -> int:
     return total - longest
 
 
-@njit(inline="always", cache=True)
+@njit(cache=True)
 def _levy(rng: Generator, beta: float, sigma: float) -> float:
     """Equations (11) and (12): Mantegna's u / |v|^(1/beta)."""
     u = sigma * rng.standard_normal()
@@ -188,7 +189,7 @@ def _levy(rng: Generator, beta: float, sigma: float) -> float:
     return u / v ** (1.0 / beta)
 
 
-@njit(inline="always", cache=True)
+@njit(cache=True)
 def _limit(value: float) -> float:
     """The sign and the decimal part: back into (-1, 1)."""
     return value if -1.0 < value < 1.0 else np.fmod(value, 1.0)
@@ -270,8 +271,8 @@ def _generations(
             _lay(egg, i, keys, sequences, ordered, ranks, costs, sequence, legs, cut)
         hosts = ranks.copy()
         for i in range(nests):  # host birds lay eggs: equations (14)-(16)
-            p = rng.integers(0, nests)
-            q = rng.integers(0, nests - 1)
+            p = below(rng, nests)
+            q = below(rng, nests - 1)
             q = q + 1 if q >= p else q
             for k in range(m):
                 egg[k] = keys[i, k]

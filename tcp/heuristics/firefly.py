@@ -156,7 +156,8 @@ def _iterations(
                     searched[0] += 1
                     if costs[a] < cost[0]:
                         cost[0] = costs[a]
-                        record[:] = swarm[a]
+                        for d in range(m):
+                            record[d] = swarm[a, d]
         if cost[0] < before:
             at[found], news[found] = step, cost[0]
             found += 1
@@ -165,7 +166,7 @@ def _iterations(
     return steps, at[:found], news[:found]
 
 
-@njit(inline="always", cache=True)
+@njit(cache=True)
 def _move(
     rng: Generator, one: Ints, other: Ints, beta: float, gamma: float, noise: float, value: Floats
 ) -> None:
@@ -179,7 +180,7 @@ def _move(
         value[d] = one[d] + pull * (other[d] - one[d]) + noise * (rng.random() - 0.5)
 
 
-@njit(inline="always", cache=True)
+@njit(cache=True)
 def _correct(agent: Ints, value: Floats, place: Ints, sequence: Ints) -> None:
     """Line 10: values become hole numbers by rank; ``place`` is the agent's inverse."""
     m = len(agent)

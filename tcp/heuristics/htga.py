@@ -43,6 +43,7 @@ from tcp.heuristics.arrays import orthogonal_array
 from tcp.heuristics.orders import (
     TRIVIAL,
     answer,
+    below,
     enumerate_all,
     length,
     orders,
@@ -163,7 +164,8 @@ def _initialise(
     """Step 2: random chromosomes, distinct as far as there are enough orders."""
     m = genes.shape[1]
     for i in range(population):
-        genes[i] = np.arange(m)
+        for k in range(m):
+            genes[i, k] = k
         for _ in range(SPINS):
             shuffle(rng, genes[i])
             fresh = True
@@ -174,7 +176,7 @@ def _initialise(
             if fresh:
                 break
         times[i] = length(genes[i], legs)
-    slots[:population] = slots[:population][np.argsort(times[:population], kind="mergesort")]
+    _rank(times, slots, population)
 
 
 @njit(cache=True)
@@ -218,8 +220,8 @@ def _generations(
         crossed = end
         for _ in range(taguchi):
             if crossed - population >= 2:
-                a = population + rng.integers(0, crossed - population)
-                b = population + rng.integers(0, crossed - population - 1)
+                a = population + below(rng, crossed - population)
+                b = population + below(rng, crossed - population - 1)
                 b = b + 1 if b >= a else b
                 child = slots[end]
                 times[child] = _taguchi(array, legs, genes, slots[a], slots[b], child, stamp)
@@ -229,7 +231,7 @@ def _generations(
             if rng.random() < mr:
                 times[slots[k]] += _mutate(rng, genes[slots[k]], legs)
                 searched[0] += 6
-        _eliminate(genes, times, slots, population, end, distinct)
+        _eliminate(genes, times, slots, end, distinct)
         if times[slots[0]] < before:
             at[found], costs[found] = step, times[slots[0]]
             found += 1
@@ -257,8 +259,16 @@ def _spin_up(times: Ints, slots: Ints, population: int, wheel: Floats) -> None:
 
 @njit(cache=True)
 def _spin(rng: Generator, wheel: Floats) -> int:
-    at = np.searchsorted(wheel, rng.random() * wheel[-1], side="right")
-    return min(at, len(wheel) - 1)
+    """The first parent whose cumulative probability exceeds a random number."""
+    at = rng.random() * wheel[-1]
+    low, high = 0, len(wheel) - 1
+    while low < high:
+        middle = (low + high) // 2
+        if wheel[middle] > at:
+            high = middle
+        else:
+            low = middle + 1
+    return low
 
 
 @njit(cache=True)
@@ -281,10 +291,11 @@ def _cross(
 ) -> None:
     """Step 4: GENES random genes of the first parent, the rest in the second's sequence."""
     m = genes.shape[1]
-    stamp[:] = 0
+    for gene in range(m):
+        stamp[gene] = 0
     chosen = 0
     while chosen < GENES:
-        k = rng.integers(0, m)
+        k = below(rng, m)
         gene = genes[first, k]
         if stamp[gene] == 0:
             stamp[gene] = 1
@@ -307,11 +318,14 @@ def _taguchi(
     """Step 5: the best chromosome of the array, or the predicted one; returns its TR."""
     runs, m = array.shape
     effect = np.zeros((2, m))
-    stamp[:] = -1
-    trial = np.zeros(m, dtype=genes.dtype)
+    for gene in range(m):
+        stamp[gene] = -1
+    levels = np.zeros(m, dtype=np.int8)
+    trial = np.zeros(m, dtype=np.int32)
     best = -1
     for r in range(runs + 1):
-        levels = array[r] if r < runs else (effect[1] > effect[0]).astype(array.dtype)
+        for g in range(m):  # at last the predicted chromosome: the levels of higher SNR
+            levels[g] = array[r, g] if r < runs else effect[1, g] > effect[0, g]
         _mix(levels, genes[one], genes[two], trial, stamp, r)
         y = length(trial, legs)
         if r < runs:
@@ -320,7 +334,8 @@ def _taguchi(
                 effect[levels[g], g] += eta
         if best < 0 or y < best:
             best = y
-            genes[child] = trial
+            for g in range(m):
+                genes[child, g] = trial[g]
     return best
 
 
@@ -353,10 +368,10 @@ def _mix(levels: Levels, one: Genes, two: Genes, trial: Genes, stamp: Ints, mark
 def _mutate(rng: Generator, order: Genes, legs: Ints) -> int:
     """Step 6: the best of the 3! arrangements of three random genes; returns the gain <= 0."""
     m = len(order)
-    i = rng.integers(0, m)
-    j = rng.integers(0, m - 1)
+    i = below(rng, m)
+    j = below(rng, m - 1)
     j = j + 1 if j >= i else j
-    k = rng.integers(0, m - 2)
+    k = below(rng, m - 2)
     for taken in (min(i, j), max(i, j)):
         k = k + 1 if k >= taken else k
     a, b, c = order[i], order[j], order[k]
@@ -386,29 +401,38 @@ def _around(order: Genes, i: int, j: int, k: int, legs: Ints) -> int:
 
 
 @njit(cache=True)
-def _eliminate(
-    genes: Genes, times: Ints, slots: Ints, population: int, end: int, distinct: bool
-) -> None:
-    """Step 8: parents and offspring by rank; the first NP stay, parents first among equals."""
-    order = np.argsort(times[slots[:end]], kind="mergesort")
-    ranked = slots[:end][order]
-    if distinct:
-        kept = 0
-        later = end
-        for k in range(end):
-            if kept > 0 and _copy(genes, times, ranked[k], slots, kept):
-                later -= 1
-                order[later] = ranked[k]
-            else:
-                slots[kept] = ranked[k]
-                kept += 1
-        for k in range(kept, end):
-            slots[k] = order[k]
-        if kept < population:
-            rest = slots[kept:end]
-            slots[kept:end] = rest[np.argsort(times[rest], kind="mergesort")].copy()
-    else:
-        slots[:end] = ranked
+def _rank(times: Ints, slots: Ints, end: int) -> None:
+    """Sort ``slots[:end]`` by TR; stable, and quick where the first NP are sorted already."""
+    for k in range(1, end):
+        slot = slots[k]
+        at = k
+        while at > 0 and times[slots[at - 1]] > times[slot]:
+            slots[at] = slots[at - 1]
+            at -= 1
+        slots[at] = slot
+
+
+@njit(cache=True)
+def _eliminate(genes: Genes, times: Ints, slots: Ints, end: int, distinct: bool) -> None:
+    """Step 8: parents and offspring by rank, parents first among equals; the first NP stay.
+
+    Copies go behind all others: too small a number of distinct chromosomes is
+    filled up with copies.
+    """
+    _rank(times, slots, end)
+    if not distinct:
+        return
+    copies = np.zeros(end, dtype=np.int64)
+    kept = 0
+    for k in range(end):
+        slot = slots[k]
+        if _copy(genes, times, slot, slots, kept):
+            copies[k - kept] = slot
+        else:
+            slots[kept] = slot
+            kept += 1
+    for k in range(kept, end):
+        slots[k] = copies[k - kept]
 
 
 @njit(cache=True)

@@ -140,7 +140,7 @@ def _priced(instance: Instance) -> tuple[Ints, int]:
     return full, penalty
 
 
-@njit(inline="always", cache=True)
+@njit(cache=True)
 def length(order: Ints, legs: Ints) -> int:
     """Cost of an order: from the depot through all holes and back to it."""
     m = len(order)
@@ -150,11 +150,17 @@ def length(order: Ints, legs: Ints) -> int:
     return total
 
 
-@njit(inline="always", cache=True)
+@njit(cache=True)
+def below(rng: np.random.Generator, n: int) -> int:
+    """A random number of 0 .. n-1 (n far below 2^53; compiles and runs faster than integers)."""
+    return int(rng.random() * n)
+
+
+@njit(cache=True)
 def shuffle(rng: np.random.Generator, order: Ints) -> None:
     """A uniformly random order, in place (Fisher-Yates)."""
     for k in range(len(order) - 1, 0, -1):
-        j = rng.integers(0, k + 1)
+        j = below(rng, k + 1)
         order[k], order[j] = order[j], order[k]
 
 
