@@ -1,0 +1,9 @@
+"""The route engine: Lin-Kernighan chains, iterated with local kicks, from 10 holes to a million.
+
+O(n) memory, whole-number costs, every kind of ends: see :func:`improve`, which
+the exact solvers and the board optimiser call as well.
+"""
+
+from tcp.heuristics.local_search.run import improve, refusal, respects, run
+
+__all__ = ["improve", "refusal", "respects", "run"]

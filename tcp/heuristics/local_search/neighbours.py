@@ -1,0 +1,184 @@
+"""Who lies near whom: Hilbert order and candidate lists in the travel model's own norm."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tcp.heuristics.local_search.compiled import allocating, compiled
+from tcp.heuristics.local_search.ground import MATRIX, Ground, banned, price
+from tcp.instance import TourForm
+from tcp.travel import CostRule, Ints, Kind
+
+GRID_BITS = 20
+"""The Hilbert curve visits a grid of 2^20 x 2^20 cells."""
+
+CHUNK = 65_536
+"""Nodes whose neighbours are queried at a time, which bounds the memory."""
+
+LOOK = 3
+"""How many times the wanted neighbours are looked at, to find some in every quadrant."""
+
+
+def scales(rule: CostRule) -> tuple[float, float, float]:
+    """Factors for x and y and the exponent p with which the p-norm ranks like the rule.
+
+    Exact but for accelerated axes, where the ranking of short moves is used:
+    their time is the root of the scaled distance.
+    """
+    kind, params = rule.kind, [float(v) for v in rule.params]
+    if kind is Kind.NORM:
+        fx, fy, p = params[0] ** 0.5, params[1] ** 0.5, 2.0
+    elif kind in (Kind.SUM, Kind.MAX):
+        fx, fy, p = params[0], params[1], 1.0 if kind is Kind.SUM else np.inf
+    else:
+        fx, fy = params[4] / params[5], params[10] / params[11]
+        p = 1.0 if kind is Kind.RAMP_SUM else np.inf
+    top = max(fx, fy)
+    return fx / top, fy / top, p
+
+
+def points(ground: Ground, nodes: Any) -> tuple[NDArray[np.float64], float]:
+    """Scaled coordinates of nodes and the exponent of the norm that ranks them."""
+    fx, fy, p = ground.scales
+    return np.column_stack([ground.x[nodes] * fx, ground.y[nodes] * fy]), p
+
+
+def hilbert_order(form: TourForm) -> Ints:
+    """The real nodes of ``form`` along a Hilbert curve (file order for a matrix)."""
+    if form.matrix is not None or form.real < 3:
+        return np.arange(form.real)
+    fx, fy, _ = scales(form.rule)
+    x, y = (form.x - form.x.min()) * fx, (form.y - form.y.min()) * fy
+    unit = (2**GRID_BITS - 1) / max(float(x.max()), float(y.max()), 1e-9)
+    keys = _hilbert_keys((x * unit).astype(np.int64), (y * unit).astype(np.int64), GRID_BITS)
+    return np.argsort(keys, kind="stable")
+
+
+@allocating
+def _hilbert_keys(x: Any, y: Any, bits: int) -> Any:
+    """Position of each cell on the curve (Skilling's rotations, two dimensions)."""
+    keys = np.empty(x.size, np.int64)
+    for i in range(x.size):
+        a, b, key = x[i], y[i], np.int64(0)
+        side = np.int64(1) << (bits - 1)
+        while side > 0:
+            right = 1 if a & side else 0
+            upper = 1 if b & side else 0
+            key += side * side * ((3 * right) ^ upper)
+            if upper == 0:
+                if right == 1:
+                    a, b = side - 1 - (a & (side - 1)), side - 1 - (b & (side - 1))
+                a, b = b, a
+            a &= side - 1
+            b &= side - 1
+            side >>= 1
+        keys[i] = key
+    return keys
+
+
+def near_nodes(ground: Ground, real: int, width: int) -> tuple[NDArray[np.int32], Ints]:
+    """Candidate nodes of every real node and their costs, nearest first.
+
+    Parameters
+    ----------
+    ground : Ground
+        Without its lists yet.
+    real : int
+        Number of nodes with coordinates; they are the first ones.
+    width : int
+        Wanted length of a list: the nearest nodes, but at least one from
+        every quadrant where there is one close by.
+
+    Returns
+    -------
+    near : int32 array (n, width)
+        Rows of real nodes are padded with the node itself, which the search
+        recognises as the end of the list.
+    dist : int64 array (n, width)
+        Costs of these edges.
+    """
+    n = ground.x.size
+    width = max(1, min(width, real - 1))
+    near = np.repeat(np.arange(n, dtype=np.int32)[:, None], width, axis=1)
+    dist = np.full((n, width), np.iinfo(np.int64).max // 4)
+    if real < 2:
+        return near, dist
+    most = int(np.diff(ground.ban_from).max(initial=0))
+    look = min(real, LOOK * width + 1 + most)
+    if ground.form == MATRIX:
+        for v in range(real):
+            row = np.argpartition(ground.matrix[v], look - 1)[:look].astype(np.int32)
+            _pick(ground, v, row[None, :], near, dist, False)
+        return near, dist
+    from scipy.spatial import cKDTree
+
+    where, p = points(ground, np.arange(real))
+    tree = cKDTree(where)
+    for low in range(0, real, CHUNK):
+        found = tree.query(where[low : low + CHUNK], look, p=p)[1]
+        _pick(ground, low, found.astype(np.int32), near, dist, True)
+    return near, dist
+
+
+@allocating
+def _pick(g: Any, low: int, found: Any, near: Any, dist: Any, balance: bool) -> None:
+    """Fill the lists of the nodes from ``low`` on out of what was found around them."""
+    width, look = near.shape[1], found.shape[1]
+    costs = np.empty(look, np.int64)
+    taken = np.empty(look, np.bool_)
+    for i in range(found.shape[0]):
+        v = low + i
+        row = found[i]
+        for k in range(look):
+            costs[k] = price(g, v, row[k])
+            taken[k] = row[k] == v or (g.penalty > 0 and banned(g.ban_from, g.ban, v, row[k]))
+        ranked = np.argsort(costs, kind="mergesort")
+        plain = width - 3 if balance and width > 4 else width
+        picked = 0
+        quadrants = 0
+        for k in ranked:
+            if picked == plain:
+                break
+            if not taken[k]:
+                taken[k] = True
+                quadrants |= _quadrant(g, v, row[k])
+                near[v, picked] = row[k]
+                picked += 1
+        for k in ranked:
+            if picked == width:
+                break
+            if not taken[k] and not quadrants & _quadrant(g, v, row[k]):
+                taken[k] = True
+                quadrants |= _quadrant(g, v, row[k])
+                near[v, picked] = row[k]
+                picked += 1
+        for k in ranked:
+            if picked == width:
+                break
+            if not taken[k]:
+                taken[k] = True
+                near[v, picked] = row[k]
+                picked += 1
+        for k in range(picked):
+            costs[k] = price(g, v, near[v, k])
+        ranked = np.argsort(costs[:picked], kind="mergesort")
+        chosen = near[v, :picked].copy()
+        for k in range(picked):
+            near[v, k] = chosen[ranked[k]]
+            dist[v, k] = costs[ranked[k]]
+
+
+@compiled
+def _quadrant(g: Any, v: int, w: int) -> int:
+    """One bit for the quadrant of v in which w lies, turned so that axes belong to one each."""
+    dx, dy = g.x[w] - g.x[v], g.y[w] - g.y[v]
+    if dx > 0 and dy >= 0:
+        return 1
+    if dx <= 0 and dy > 0:
+        return 2
+    if dx < 0:
+        return 4
+    return 8

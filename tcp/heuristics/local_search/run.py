@@ -1,0 +1,195 @@
+"""The solver ``local-search``: survey, start, search, kicks, until the clock says stop."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Sequence
+
+import numpy as np
+
+from tcp.errors import InfeasibleError
+from tcp.heuristics.local_search import starts
+from tcp.heuristics.local_search.exchange import Tour, keep, new_tour
+from tcp.heuristics.local_search.ground import Ground, length
+from tcp.heuristics.local_search.kicks import kick_and_repair
+from tcp.heuristics.local_search.search import SIZE, Work, new_work, push, settle
+from tcp.heuristics.local_search.survey import survey
+from tcp.instance import Instance, TourForm
+from tcp.result import Outcome, Progress, Report, silent
+from tcp.stop import Clock, StopReason
+
+TINY = 8
+"""Below this many nodes every tour is tried."""
+
+REACH = 50
+"""Longest stretch of a kick's double bridge."""
+
+PATIENCE = 200
+"""Kicks per node after which a search without a limit stops."""
+
+SLICE = 0.04
+"""Seconds between two looks at the clock."""
+
+
+def refusal(instance: Instance) -> str | None:
+    """Why this solver cannot take the instance: it takes every one."""
+    return None
+
+
+def run(instance: Instance, *, rng: np.random.Generator, clock: Clock, report: Report) -> Outcome:
+    """Find a short route; see :func:`improve`.  Never proves anything."""
+    form = instance.form
+    try:
+        tour = improve(form, None, rng=rng, clock=clock, report=report)
+    except InfeasibleError as reason:
+        return Outcome(None, infeasible=True, details={"reason": str(reason)})
+    stopped = clock.reason(form.tour_cost(tour)) or StopReason.COMPLETED
+    if not respects(form, tour):
+        return Outcome(None, stopped=stopped)
+    return Outcome(instance.route(tour), stopped=stopped)
+
+
+def improve(
+    form: TourForm,
+    tour: Sequence[int] | None,
+    *,
+    rng: np.random.Generator,
+    clock: Clock,
+    report: Report = silent,
+    kicks: int | None = None,
+) -> list[int]:
+    """A short tour over ``form``, never worse than the one given.
+
+    Parameters
+    ----------
+    form : TourForm
+        What is searched; forced edges are in the answer, forbidden ones only
+        where the search found no tour without them (:func:`respects` tells).
+    tour : sequence of int, optional
+        All nodes in any cyclic order, to start from; default: greedy edges.
+    rng : Generator
+        The source of all randomness.
+    clock : Clock
+        Polled 25 times a second.
+    report : callable
+        Receives the cost of each better tour.
+    kicks : int, optional
+        How many kicks to try; default: until the clock says stop, and without
+        any limit at most ``PATIENCE * size`` of them.
+
+    Returns
+    -------
+    list of int
+        All nodes, once each.
+
+    Raises
+    ------
+    InfeasibleError
+        If the forced edges alone rule every tour out.
+    """
+    check_forced(form)
+    if form.size < TINY:
+        return _best_of_all(form)
+    ground = survey(form)
+    if tour is None:
+        order = starts.greedy(ground)
+    else:
+        number = np.empty(form.size, np.int32)
+        number[ground.label] = np.arange(form.size)
+        order = starts.with_forced(ground, number[np.asarray(tour, np.int64)])
+    search = _Search(ground, order, rng, clock, report)
+    search.descend()
+    limit = clock.stop.iterations if kicks is None else kicks
+    if limit is None and clock.stop.time is None:
+        limit = PATIENCE * form.size
+    search.kick(limit)
+    return [int(v) for v in ground.label[search.tour.kept]]
+
+
+class _Search:
+    """One tour under improvement."""
+
+    def __init__(
+        self,
+        ground: Ground,
+        order: np.ndarray,
+        rng: np.random.Generator,
+        clock: Clock,
+        report: Report,
+    ):
+        self.ground, self.clock, self.report = ground, clock, report
+        self.tour: Tour = new_tour(order)
+        self.work: Work = new_work(order.size, ground.near.shape[1])
+        self.random = rng.integers(1, 2**63, size=1, dtype=np.uint64)
+        self.cost = int(length(ground, self.tour.order))
+        self.tried = 0
+        self._tell("start")
+
+    def descend(self) -> None:
+        """Improve until no exchange helps, looking at the nodes in tour order."""
+        for v in self.tour.order.tolist():
+            push(self.work, v)
+        while self.work.state[SIZE] and self.clock.reason(self.cost) is None:
+            self.cost -= int(settle(self.ground, self.tour, self.work, 1_000))
+            keep(self.tour)
+        self._tell("descent")
+
+    def kick(self, limit: int | None) -> None:
+        """Try ``limit`` kicks, or as many as the clock allows."""
+        size, told = 10, self.cost
+        while self.clock.reason(self.cost, iterations=self.tried) is None:
+            size = size if limit is None else min(size, limit - self.tried)
+            if size <= 0:
+                break
+            before = self.clock.elapsed
+            args = (self.ground, self.tour, self.work, self.random)
+            self.cost -= int(kick_and_repair(*args, size, REACH))
+            self.tried += size
+            if self.cost < told:
+                self._tell("kicks")
+                told = self.cost
+            took = self.clock.elapsed - before
+            size = max(1, int(size * min(2.0, SLICE / max(took, 1e-6))))
+
+    def _tell(self, note: str) -> None:
+        self.report(Progress(self.clock.elapsed, self.cost, iteration=self.tried, note=note))
+
+
+def respects(form: TourForm, tour: Sequence[int]) -> bool:
+    """Whether the tour has every forced edge and no forbidden one."""
+    if not form.forced and not form.forbidden:
+        return True
+    used = {(min(p), max(p)) for p in itertools.pairwise([*tour, tour[0]])}
+    return used.issuperset(form.forced) and used.isdisjoint(form.forbidden)
+
+
+def check_forced(form: TourForm) -> None:
+    """Raise InfeasibleError if forced edges branch, close a short cycle or are forbidden."""
+    if set(form.forced) & set(form.forbidden):
+        raise InfeasibleError("two holes must and must not follow each other")
+    near: dict[int, list[int]] = {}
+    for a, b in form.forced:
+        near.setdefault(a, []).append(b)
+        near.setdefault(b, []).append(a)
+    if form.size > 2 and any(len(partners) > 2 for partners in near.values()):
+        raise InfeasibleError("a hole must follow more than two others")
+    seen: set[int] = set()
+    for first in sorted(near, key=lambda v: len(near[v])):
+        chain, node, cyclic = [], first, False
+        while node not in seen:
+            seen.add(node)
+            chain.append(node)
+            onward = [w for w in near[node] if w not in seen]
+            cyclic = not onward and len(near[node]) == 2
+            node = onward[0] if onward else node
+        if cyclic and len(chain) > 2 and first in near[chain[-1]] and len(chain) < form.size:
+            raise InfeasibleError("holes that must follow each other form a cycle")
+
+
+def _best_of_all(form: TourForm) -> list[int]:
+    """The best of all tours over a handful of nodes, by trying them."""
+    tours = ([0, *rest] for rest in itertools.permutations(range(1, form.size)))
+    allowed = [tour for tour in tours if respects(form, tour)]
+    if not allowed:
+        raise InfeasibleError("the rules leave no route")
+    return min(allowed, key=form.tour_cost)

@@ -1,0 +1,176 @@
+"""Tours to start from: greedy edges, the space-filling curve, a given tour with edges forced in."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from tcp.heuristics.local_search.compiled import allocating
+from tcp.heuristics.local_search.ground import MATRIX, Ground, Small, price
+from tcp.heuristics.local_search.neighbours import points
+from tcp.travel import Ints
+
+FEW = 12
+"""Loose ends looked at from each loose end when fragments are joined."""
+
+
+def greedy(g: Ground) -> Small:
+    """The tour of greedy edges: shortest first, forced ones before all (Bentley 1992).
+
+    Candidate edges are taken in order of cost as long as they make no cycle
+    and no branching; then the nearest loose ends of the fragments are joined
+    the same way, round after round.  O(n log n).
+    """
+    n = g.x.size
+    links = np.full((n, 2), -1, np.int32)
+    root = np.arange(n, dtype=np.int32)
+    a, k = np.nonzero(g.mates >= 0)
+    _link(links, root, a.astype(np.int64), g.mates[a, k].astype(np.int64))
+    u = np.repeat(np.arange(n), g.near.shape[1])
+    v, cost = g.near.ravel().astype(np.int64), g.dist.ravel()
+    real = u < v
+    real |= (g.near[v] != u[:, None]).all(axis=1) & (u != v)
+    _link_by_cost(links, root, u[real], v[real], cost[real])
+    while True:
+        loose = _loose_ends(g, links)
+        if loose.size <= 2:
+            return _walk(g, links)
+        _link_by_cost(links, root, *_joints(g, loose, root))
+
+
+def curve(g: Ground) -> Small:
+    """The nodes along the Hilbert curve (their numbering), forced edges put in."""
+    return with_forced(g, np.arange(g.x.size, dtype=np.int32))
+
+
+def with_forced(g: Ground, order: Small) -> Small:
+    """The order with every chain of forced edges made contiguous, where its first node stands."""
+    if not (g.mates >= 0).any():
+        return order.astype(np.int32)
+    return _with_forced(g, order.astype(np.int32))
+
+
+def _link_by_cost(links: Small, root: Small, u: Ints, v: Ints, cost: Ints) -> None:
+    rank = np.argsort(cost, kind="stable")
+    _link(links, root, u[rank], v[rank])
+
+
+def _loose_ends(g: Ground, links: Small) -> Ints:
+    """Nodes that still want links, without a virtual node that any fragment end can reach."""
+    loose = np.nonzero(links[:, 1] < 0)[0]
+    return loose[loose != g.virtual]
+
+
+def _joints(g: Ground, loose: Ints, root: Small) -> tuple[Ints, Ints, Ints]:
+    """Edges between near loose ends of different fragments."""
+    look = min(FEW, loose.size)
+    if g.form == MATRIX or loose.size <= 2 * FEW:
+        found = np.tile(np.arange(loose.size), (loose.size, 1))
+    else:
+        from scipy.spatial import cKDTree
+
+        where, p = points(g, loose)
+        found = cKDTree(where).query(where, look, p=p)[1]
+    u, v = np.repeat(loose, found.shape[1]), loose[found.ravel()]
+    apart = _roots(root, u) != _roots(root, v)
+    if not apart.any():  # every near loose end belongs to the same fragment: look everywhere
+        ends = _roots(root, loose)
+        first = loose[ends == ends[0]]
+        rest = loose[ends != ends[0]]
+        u, v = np.repeat(first, rest.size), np.tile(rest, first.size)
+    else:
+        u, v = u[apart], v[apart]
+    return u, v, _prices(g, u, v)
+
+
+@allocating
+def _prices(g: Any, u: Any, v: Any) -> Any:
+    costs = np.empty(u.size, np.int64)
+    for k in range(u.size):
+        costs[k] = price(g, u[k], v[k])
+    return costs
+
+
+@allocating
+def _root(root: Any, v: int) -> int:
+    while root[v] != v:
+        root[v] = root[root[v]]
+        v = root[v]
+    return v
+
+
+@allocating
+def _roots(root: Any, nodes: Any) -> Any:
+    found = np.empty(nodes.size, np.int64)
+    for k in range(nodes.size):
+        found[k] = _root(root, nodes[k])
+    return found
+
+
+@allocating
+def _link(links: Any, root: Any, u: Any, v: Any) -> None:
+    """Link the pairs in turn unless a node has two links or a cycle would close."""
+    for k in range(u.size):
+        a, b = u[k], v[k]
+        if links[a, 1] >= 0 or links[b, 1] >= 0:
+            continue
+        ra, rb = _root(root, a), _root(root, b)
+        if ra == rb:
+            continue
+        root[ra] = rb
+        links[a, 0 if links[a, 0] < 0 else 1] = b
+        links[b, 0 if links[b, 0] < 0 else 1] = a
+
+
+@allocating
+def _walk(g: Any, links: Any) -> Any:
+    """The order of nodes along the one path that is left (a lone virtual node comes last)."""
+    n = links.shape[0]
+    order = np.empty(n, np.int32)
+    start, lone = -1, -1
+    for v in range(n):
+        if links[v, 0] < 0:
+            lone = v
+        elif links[v, 1] < 0 and start < 0:
+            start = v
+    count, last, v = 0, -1, start
+    if start < 0:
+        v = 0
+    while v >= 0 and count < n:
+        order[count] = v
+        count += 1
+        if links[v, 0] >= 0 and links[v, 0] != last:
+            last, v = v, links[v, 0]
+        elif links[v, 1] >= 0 and links[v, 1] != last:
+            last, v = v, links[v, 1]
+        else:
+            v = -1
+    if lone >= 0 and count < n:
+        order[count] = lone
+    return order
+
+
+@allocating
+def _with_forced(g: Any, order: Any) -> Any:
+    n = order.size
+    out = np.empty(n, np.int32)
+    done = np.zeros(n, np.bool_)
+    count = 0
+    for v in order:
+        if done[v]:
+            continue
+        last, end = -1, v  # walk to one end of v's chain ...
+        while True:
+            step = g.mates[end, 0] if g.mates[end, 0] != last else g.mates[end, 1]
+            if step < 0 or step == v:
+                break
+            last, end = end, step
+        last, u = -1, end  # ... and write it from there
+        while u >= 0 and not done[u]:
+            done[u] = True
+            out[count] = u
+            count += 1
+            step = g.mates[u, 0] if g.mates[u, 0] != last else g.mates[u, 1]
+            last, u = u, step
+    return out
