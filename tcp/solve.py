@@ -40,6 +40,7 @@ class Entry:
 SOLVERS: Mapping[str, Entry] = {
     "held-karp": Entry("tcp.exact.held_karp", exact=True, libraries=("numba",)),
     "cp-sat": Entry("tcp.exact.cp_sat", exact=True, libraries=("ortools",)),
+    "local-search": Entry("tcp.heuristics.local_search", exact=False, libraries=("numba",)),
     "routing": Entry("tcp.exact.routing", exact=True, libraries=("ortools",)),
     "htga": Entry("tcp.heuristics.htga", exact=False, libraries=("numba",)),
     "cuckoo": Entry("tcp.heuristics.cuckoo", exact=False, libraries=("numba",)),

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from enum import StrEnum
 from fractions import Fraction
@@ -66,6 +67,15 @@ class Clock:
     def interrupt(self) -> None:
         """Ask the solver to return what it has."""
         self.interrupted = True
+
+    @contextmanager
+    def paused(self) -> Iterator[None]:
+        """What happens inside does not count: loading and compiling."""
+        before = self._now()
+        try:
+            yield
+        finally:
+            self._started += self._now() - before
 
     @property
     def elapsed(self) -> float:

@@ -217,7 +217,7 @@ def _continue(g: Any, t: Any, w: Any, t1: int, base: int, back: int, level: int)
         rest = gain - dist[k]
         if rest <= 0:
             break
-        if c in (t1, end):
+        if (c == t1) | (c == end):
             continue
         q = place(t, base, back, c)
         s = find(segs, count, q)
