@@ -10,7 +10,6 @@ million holes in 16 MB, and every later computation starts from integers.
 from __future__ import annotations
 
 import hashlib
-from collections import defaultdict
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from decimal import Context, Decimal, InvalidOperation
@@ -172,10 +171,16 @@ class Workpiece:
     @cached_property
     def coincident(self) -> tuple[tuple[str, ...], ...]:
         """Groups of two or more holes at one place; legal, travel 0, worth reporting."""
-        places: dict[tuple[int, int], list[str]] = defaultdict(list)
-        for name, x, y in zip(self.ids, self.x.tolist(), self.y.tolist(), strict=True):
-            places[x, y].append(name)
-        return tuple(tuple(group) for group in places.values() if len(group) > 1)
+        order = np.lexsort((self.y, self.x))
+        same = (np.diff(self.x[order]) == 0) & (np.diff(self.y[order]) == 0)
+        groups: list[list[int]] = []
+        for k in np.flatnonzero(same).tolist():
+            first, second = order[k : k + 2].tolist()
+            if groups and groups[-1][-1] == first:
+                groups[-1].append(second)
+            else:
+                groups.append([first, second])
+        return tuple(tuple(self.ids[i] for i in group) for group in sorted(groups))
 
     @cached_property
     def sha256(self) -> str:

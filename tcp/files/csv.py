@@ -101,12 +101,12 @@ class _Table:
         delimiter, width = self._layout.delimiter, self._layout.width
         for number in range(skip + 1, len(lines) + 1):
             line = lines[number - 1]
-            cells = split(line, delimiter)
-            if len(cells) == width and cells[0] and cells[0][0] != "#":
-                yield number, cells
-                continue
+            try:
+                cells = split(line, delimiter)
+            except InputError as error:
+                raise InputError(str(error), self._path, number) from None
             text = line.strip()
-            if text.startswith("#") or not text.strip(",;\t "):
+            if text.startswith("#") or not any(cells):
                 continue
             if len(cells) < width or any(cells[width:]):
                 found = "1 column" if len(cells) == 1 else f"{len(cells)} columns"
@@ -139,12 +139,7 @@ class _Table:
         try:
             (x, y), places = common_steps(self._x, self._y)
         except TooFine as error:
-            raise InputError(
-                f"with {error.places} decimal places this coordinate needs more than 2^52 steps; "
-                "round the coordinates or check the units",
-                self._path,
-                self._lines[error.row],
-            ) from None
+            raise InputError(str(error), self._path, self._lines[error.row]) from None
         ids = tuple(self._ids) or tuple(map(str, range(1, len(x) + 1)))
         step = unit / 10**places
         return Workpiece(self._path.stem, ids, x, y, step, tuple(diameters), tuple(self._tools))

@@ -47,7 +47,10 @@ def layout_of(row: str, path: Path, line: int) -> Layout:
         If there is no x or y, or the row can be read in more than one way.
     """
     delimiter = next((d for d in "\t;," if d in row), None)
-    cells = split(row, delimiter)
+    try:
+        cells = split(row, delimiter)
+    except InputError as error:
+        raise InputError(str(error), path, line) from None
     if any(_is_number(cell, delimiter) for cell in cells):
         return _barelayout_of(delimiter, cells, path, line)
     return _namedlayout_of(delimiter, cells, path, line)
@@ -162,7 +165,9 @@ def split(line: str, delimiter: str | None) -> list[str]:
         if delimiter is None:
             line, delimiter = " ".join(line.split()), " "
         try:
-            cells = next(csv.reader([line], delimiter=delimiter, skipinitialspace=True))
+            cells = next(
+                csv.reader([line], delimiter=delimiter, skipinitialspace=True, strict=True)
+            )
         except csv.Error as error:
             raise InputError(f"broken quotes: {error}") from None
     else:

@@ -11,7 +11,7 @@ from tcp.errors import InputError
 from tcp.workpiece import MAX_DIGITS, MAX_STEPS, Ints, exact_decimal
 
 _PLAIN = re.compile(r"[+-]?(?:[0-9]{1,15}(?:\.[0-9]{0,15})?|\.[0-9]{1,15})")
-_GROUPED = re.compile(r"[^,]*,[^,.]*")
+_NUMBER = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]{1,9})?")
 _SHOWN = 40
 
 MAX_PLACES = 15
@@ -40,21 +40,20 @@ class Decimals:
         InputError
             If it is none; the sentence names the text but no place.
         """
-        if self._comma and "," in text and _GROUPED.fullmatch(text):
-            text = text.replace(",", ".")
-        if _PLAIN.fullmatch(text):
-            whole, _, fraction = text.partition(".")
+        dotted = text.replace(",", ".") if self._comma and "." not in text else text
+        if _PLAIN.fullmatch(dotted):
+            whole, _, fraction = dotted.partition(".")
             self._digits.append(int(whole + fraction))
             self._places.append(len(fraction))
         else:
-            self._add_unusual(text)
+            self._add_unusual(dotted, text)
 
-    def _add_unusual(self, text: str) -> None:
+    def _add_unusual(self, text: str, printed: str) -> None:
         """Exponents, more digits than usual, and all that is not a number."""
-        shown = text if len(text) <= _SHOWN else text[:_SHOWN] + "..."
+        shown = printed if len(printed) <= _SHOWN else printed[:_SHOWN] + "..."
         if not text:
             raise InputError("an empty cell where a number belongs")
-        if not re.fullmatch(r"[+-]?[0-9.]+([eE][+-]?[0-9]{1,9})?", text):
+        if not _NUMBER.fullmatch(text):
             finite = text.lower().lstrip("+-") not in ("nan", "inf", "infinity")
             kind = "is not a number" if finite else "is not a finite number"
             raise InputError(f"{shown!r} {kind}; expected a coordinate such as 12.5")
@@ -77,7 +76,10 @@ class TooFine(Exception):
     """Row ``row`` of a column does not fit the grid that all rows together need."""
 
     def __init__(self, row: int, places: int):
-        super().__init__(f"row {row} with {places} places")
+        super().__init__(
+            f"with {places} decimal places this coordinate needs more than 2^52 steps; "
+            "round the coordinates or check the units"
+        )
         self.row, self.places = row, places
 
 

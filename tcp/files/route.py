@@ -25,6 +25,8 @@ def route_csv(workpiece: Workpiece, route: Sequence[int], remarks: Sequence[str]
     text = io.StringIO()
     text.writelines(f"# {' '.join(remark.split())}\n" for remark in remarks)
     rows = csv.writer(text, lineterminator="\n")
+    if any(name.startswith("#") for name in workpiece.ids):  # unquoted, it would be a comment
+        rows = csv.writer(text, lineterminator="\n", quoting=csv.QUOTE_ALL)
     sized, tooled = bool(workpiece.diameters), bool(workpiece.tools)
     rows.writerow(["id", "x_mm", "y_mm", *["diameter_mm"] * sized, *["tool"] * tooled])
     for i in route:

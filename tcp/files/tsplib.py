@@ -37,6 +37,9 @@ TRAVELS = {
 MAX_EXPLICIT = 6_000
 """Most nodes of an explicit matrix."""
 
+MAX_POINTS = 100_000_000
+"""More points do not fit into the largest file that is read."""
+
 _POINTS = ("NODE_COORD_SECTION", "DISPLAY_DATA_SECTION")
 _IGNORED = ("FIXED_EDGES_SECTION",)
 
@@ -76,9 +79,11 @@ def read(path: str | Path, *, units: str | None = None) -> Reading:
     if kind.upper() not in TRAVELS:
         known = ", ".join(TRAVELS)
         raise InputError(f"EDGE_WEIGHT_TYPE {kind!r}; expected one of {known}", file.path, line)
-    travel, n = TRAVELS[kind.upper()], _dimension(file)
+    travel = TRAVELS[kind.upper()]
+    explicit = travel.model is Model.EXPLICIT
+    n = _dimension(file, MAX_EXPLICIT if explicit else MAX_POINTS)
+    matrix = _matrix(file, n) if explicit else None
     ids, x, y, step = _points(file, n, travel, UNITS[units or "mm"])
-    matrix = _matrix(file, n) if travel.model is Model.EXPLICIT else None
     name = file.values.get("NAME", (0, file.path.stem))[1] or file.path.stem
     workpiece = Workpiece(name, ids, x, y, step, matrix=matrix)
     notes = [] if matrix is not None else coincidence_note(workpiece)
@@ -124,10 +129,11 @@ def _check_kind(file: _File) -> None:
             raise InputError(f"{section} is not supported", file.path)
 
 
-def _dimension(file: _File) -> int:
+def _dimension(file: _File, most: int) -> int:
     line, text = file.value("DIMENSION")
-    if not text.isascii() or not text.isdigit() or len(text) > 9 or int(text) < 1:
-        raise InputError(f"DIMENSION {text[:40]!r}; expected 1 or more", file.path, line)
+    whole = text.isascii() and text.isdigit() and len(text) <= 12
+    if not whole or not 1 <= int(text) <= most:
+        raise InputError(f"DIMENSION {text[:40]!r}; expected 1 to {most}", file.path, line)
     return int(text)
 
 
@@ -164,10 +170,6 @@ def _points(
 
 
 def _matrix(file: _File, n: int) -> Ints:
-    if n > MAX_EXPLICIT:
-        line = file.value("DIMENSION")[0]
-        message = f"an explicit matrix of {n} nodes; expected at most {MAX_EXPLICIT}"
-        raise InputError(message, file.path, line)
     line, name = file.value("EDGE_WEIGHT_FORMAT")
     if name.upper() not in _FORMATS:
         known = ", ".join(_FORMATS)
