@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from tcp import Ends, Instance, Model, Rules, Travel, Workpiece
 from tcp.files.order import order_of
-from tcp.validate.repair import repair
+from tcp.validate.repairs import repair
 from tcp.validate.route import faults
 
 HOME = (Fraction(-1), Fraction(2))

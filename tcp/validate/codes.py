@@ -241,6 +241,14 @@ CODES: dict[str, Code] = {
         "multiple of 1/r, to the digits printed.",
         "Correct the figures or the number of runs.",
     ),
+    "TCP408": Code(
+        "search-figure-differs",
+        "error",
+        "Solutions searched or a search ratio do not follow from the iteration counts.",
+        "Solutions searched are iterations times solutions an iteration; the search ratio is "
+        "solutions searched over the number of solutions there are (the cuckoo paper's eq. 17).",
+        "Recompute it.",
+    ),
     "TCP409": Code(
         "statistics-consistent",
         "note",
