@@ -45,6 +45,7 @@ SOLVERS: Mapping[str, Entry] = {
     "htga": Entry("tcp.heuristics.htga", exact=False, libraries=("numba",)),
     "cuckoo": Entry("tcp.heuristics.cuckoo", exact=False, libraries=("numba",)),
     "firefly": Entry("tcp.heuristics.firefly", exact=False, libraries=("numba",)),
+    "milp": Entry("tcp.exact.milp", exact=True, libraries=("pulp", "highspy")),
 }
 
 

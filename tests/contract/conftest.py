@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 
 from tcp import Instance, Status, solve
+from tcp.errors import UsageError
 from tcp.solve import SOLVERS
 from tcp.validate.route import faults
 
@@ -21,6 +22,13 @@ OPTIONS: dict[str, list[dict[str, Any]]] = {
     "htga": [{"np": 10, "gn": 30}],
     "cuckoo": [{"np": 10, "generations": 30}],
     "firefly": [{"agents": 5, "iterations": 30}],
+    "milp": [
+        {"formulation": "subtour"},
+        {"formulation": "mtz"},
+        {"formulation": "flow"},
+        {"formulation": "subtour", "backend": "cbc"},
+        {"formulation": "subtour", "backend": "scip"},
+    ],
 }
 """Options worth a contract of their own; a solver that is not named here runs with its defaults."""
 
@@ -98,6 +106,10 @@ def holds() -> Callable[..., None]:
 
     def check(instance: Instance, variant: tuple[str, dict[str, Any]], truth: int | None) -> None:
         name, options = variant
+        if import_module(SOLVERS[name].module).refusal(instance):
+            with pytest.raises(UsageError, match=name):
+                solve(instance, name, **options)
+            return
         result = solve(instance, name, **options)
         proves = proves_with(name, options)
         if truth is None:
