@@ -23,6 +23,7 @@ from tcp.errors import Exit, TcpError
 COMMANDS: dict[str, str] = {
     "solve": "Find the shortest drilling order of workpieces, and prove it.",
     "info": "Describe a workpiece.",
+    "check": "Check a certificate, trusting nothing that wrote it.",
 }
 """Every subcommand and its line in the help; the code is in ``tcp.cli.NAME``."""
 

@@ -1,0 +1,61 @@
+"""``tcp check``: does a certificate prove what it claims, and is it about my workpiece?"""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import click
+
+from tcp.cli.options import Problem, problem_options
+from tcp.errors import Exit
+from tcp.validate import certificate as checker
+from tcp.validate.restated import Failure
+
+EPILOG = """\b
+Examples:
+  tcp check wp3.cert.json
+  tcp check wp3.cert.json.gz data/wp3.csv
+  tcp check wp3.cert.json data/wp3.csv --travel case2 --start 49
+
+\b
+Exit codes: 0 verified, 1 refuted (or about something else), 2 usage,
+3 malformed or unreadable, 6 unsupported version, 70 internal error."""
+
+
+@click.command(epilog=EPILOG)
+@click.argument("certificate", type=click.Path(path_type=Path))
+@click.argument("workpiece", required=False, type=click.Path(path_type=Path))
+@problem_options
+@click.option("--json", "as_json", is_flag=True, help="One JSON object instead of sentences.")
+def command(problem: Problem, certificate: Path, workpiece: Path | None, as_json: bool) -> int:
+    """Check the proof in CERTIFICATE in exact arithmetic, trusting nothing that wrote it.
+
+    With WORKPIECE, it must be about exactly these holes; with options, about
+    exactly this travel model, these ends and rules.
+    """
+    asked = replace(problem, units=None) != Problem()
+    if asked and workpiece is None:
+        raise click.UsageError("options say what WORKPIECE means; give the file too")
+    holes, sha256 = None, None
+    if workpiece is not None:
+        reading = problem.read(workpiece)
+        piece = reading.workpiece
+        holes = [(h.id, h.x, h.y) for h in map(piece.hole, range(len(piece)))]
+        if asked or piece.matrix is not None:
+            sha256 = problem.instance(reading).sha256
+    try:
+        verdict = checker.check(checker.unzip(certificate), holes, sha256)
+    except Failure as failure:
+        if as_json:
+            click.echo(json.dumps({"verdict": failure.word, "reason": str(failure)}))
+        else:
+            click.echo(f"tcp: {certificate}: {failure.word}: {failure}", err=True)
+        return Exit(failure.code)
+    if as_json:
+        click.echo(json.dumps({"verdict": "verified", **verdict._asdict()}))
+        return Exit.OK
+    click.echo(f"verified: {verdict.statement}\nsha256 {verdict.sha256}")
+    click.echo(checker.trust(holes is not None))
+    return Exit.OK

@@ -1,0 +1,236 @@
+"""The checker accepts true proofs of every shape, and restates instances exactly as they are."""
+
+from __future__ import annotations
+
+import itertools
+import math
+import shutil
+import subprocess
+import sys
+from fractions import Fraction
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import tcp.validate.certificate as checker
+from tcp import Ends, Instance, Travel, Workpiece
+from tcp.files.certificate import (
+    Certificate,
+    Duals,
+    Leaf,
+    Pool,
+    _runs,
+    instance_data,
+    to_text,
+    write,
+)
+from tcp.validate.restated import Failure, Problem
+from tests.certificates.samples import random_instance
+from tests.certificates.tiny_prover import brute_force, prove
+
+SOURCE = Path(checker.__file__).parent
+
+
+def checked(proof: Certificate, **given) -> checker.Verdict:
+    return checker.check(to_text(proof).encode(), **given)
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_true_proofs_are_verified(seed):
+    rng = np.random.default_rng(seed)
+    instance = random_instance(rng)
+    keep = rng.choice([0.0, 0.1, 0.5, 1.0])
+    proof = prove(instance, seed=seed, fixing=bool(rng.integers(2)), keep=keep)
+    verdict = checked(proof)
+    best, _ = brute_force(instance)
+    assert (verdict.lower, verdict.upper, verdict.sha256) == (best, best, instance.sha256)
+
+
+@pytest.mark.parametrize("seed", range(100))
+def test_instances_are_restated_as_they_are(seed):
+    """Costs, forced and forbidden edges, granularity and hash against the package's own."""
+    instance = random_instance(np.random.default_rng(seed), most=12)
+    form, problem = instance.form, Problem(instance_data(instance))
+    nodes = np.arange(form.size)
+    restated = problem.costs.between(nodes[:, None], nodes[None, :])
+    assert (problem.size, problem.home, problem.virtual) == (form.size, form.home, form.virtual)
+    np.testing.assert_array_equal(restated, form.full_matrix())
+    assert problem.forced == {problem.key(i, j) for i, j in form.forced}
+    assert problem.forbidden == {problem.key(i, j) for i, j in form.forbidden}
+    assert problem.costs.peak >= form.full_matrix().max()
+    real = form.full_matrix()[: form.real, : form.real]
+    assert problem.costs.divisor() == max(1, math.gcd(*real.ravel().tolist()))
+    assert problem.costs.divisor() % instance.granularity == 0
+
+
+@pytest.mark.parametrize("factor", [1, 2**20, 2**44])
+@pytest.mark.parametrize("seed", range(20))
+def test_bounds_are_what_the_definition_says(seed, factor):
+    """Random duals over random sets, priced by the checker and term by term in Python integers."""
+    rng = np.random.default_rng(seed)
+    instance = random_instance(rng, most=9)
+    problem, form = Problem(instance_data(instance)), instance.form
+    size, pool = form.size, Pool()
+    for _ in range(8 if size > 2 else 0):
+        pool.set(rng.permutation(size)[: rng.integers(1, size)])
+    count = len(pool.sets)
+    weights = {s: int(rng.integers(-40, 60)) * factor for s in range(count)}
+    above = checker.Branches()
+    above.two.update(range(count)), above.four.update(range(count))
+    pi = [int(v) * factor for v in rng.integers(-300, 500, size)]
+    scale = int(rng.integers(0, 9)) * factor
+    data = {"scale": scale, "pi": pi}
+    data["branches"] = [v for s, y in weights.items() if y for v in (s, y)]
+    own = checker.Pool([_runs(nodes) for nodes in pool.sets], [], size)
+    bound = (2 if size > 1 else 0) * sum(pi)
+    bound += sum(y * (4 if y > 0 else 2) for y in weights.values())
+    reduced = {}
+    for i, j in itertools.combinations(range(size), 2):
+        rc = scale * form.cost(i, j) - pi[i] - pi[j]
+        rc -= sum(y for s, y in weights.items() if (i in pool.sets[s]) != (j in pool.sets[s]))
+        low, high = int((i, j) in form.forced), 0 if (i, j) in form.forbidden else problem.cap
+        bound += min(rc * low, rc * high)
+        reduced[problem.key(i, j)] = rc
+    proof = checker.Proof(problem, own)
+    found = proof.price(None, checker.Duals(data, 0, own, above), reach := 50 * factor)
+    assert found[0] == bound
+    assert {k: rc for k, rc in reduced.items() if rc <= reach}.items() <= dict(
+        zip(found[1].tolist(), map(int, found[-1]), strict=True)
+    ).items()
+    if factor == 2**44 and scale * problem.costs.peak > 2**61:
+        assert found[-1].dtype == object
+
+
+def test_bounds_without_route_and_weaker_bounds_are_verified():
+    piece = Workpiece.from_decimals("line", [("0", "0"), ("4", "0"), ("10", "0"), ("16", "0")])
+    instance = Instance(piece)
+    proof = prove(instance, lower=14)
+    verdict = checked(proof)
+    assert verdict.lower == 14 and verdict.upper == 16 and "at least 14 s" in verdict.statement
+    trivial = Certificate.for_instance(
+        instance, lower=0, tree=[Leaf(Duals(1, np.zeros(5, dtype=np.int64)))]
+    )
+    assert checked(trivial).upper is None
+
+
+def test_the_granularity_rounds_bounds_up():
+    """All costs are multiples of 4: a bound of 2 proves 4; a bound of 0 does not prove 1."""
+    instance = Instance(Workpiece.from_decimals("pair", [("0", "0"), ("4", "0")]))
+
+    def proof(lower: int, *pi: int) -> Certificate:
+        leaf = Leaf(Duals(1, np.array(pi, dtype=np.int64)))
+        return Certificate.for_instance(instance, lower=lower, tree=[leaf])
+
+    for lower in (1, 4):
+        assert checked(proof(lower, 1, 1, -1)).lower == lower
+        with pytest.raises(Failure, match="misses the claim"):
+            checked(proof(lower, 0, 0, 0))
+    with pytest.raises(Failure, match="misses the claim"):
+        checked(proof(5, 2, 2, -2))
+
+
+def test_the_user_s_own_file_binds():
+    piece = Workpiece.from_decimals("own", [("0", "0"), ("1.5", "0"), ("3", "1")])
+    proof = prove(Instance(piece))
+    holes = [(h.id, h.x, h.y) for h in map(piece.hole, range(3))]
+    assert checked(proof, holes=holes, sha256=Instance(piece).sha256)
+    moved = [*holes[:2], ("3", Fraction(3), Fraction(10001, 10000))]
+    renamed = [*holes[:2], ("4", Fraction(3), Fraction(1))]
+    for other in (moved, renamed, holes[:2], holes[::-1], []):
+        with pytest.raises(Failure, match="another workpiece"):
+            checked(proof, holes=other)
+    for other in (Instance(piece, ends=Ends(start=0)), Instance(piece, Travel(vx=Fraction(2)))):
+        with pytest.raises(Failure, match="another instance"):
+            checked(proof, sha256=other.sha256)
+
+
+# --- on its own: only numpy importable -------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def alone(tmp_path_factory):
+    """Run the checker where nothing but the standard library and numpy can be imported."""
+    room = tmp_path_factory.mktemp("alone")
+    for name in ("certificate.py", "restated.py"):
+        shutil.copy(SOURCE / name, room / name)
+    site = room / "site"
+    site.mkdir()
+    numpy = Path(np.__file__).parent
+    for part in (numpy, numpy.parent / "numpy.libs"):
+        if part.exists():
+            (site / part.name).symlink_to(part)
+    start = (
+        f"import sys, runpy, importlib.util as util; sys.path[:0] = {[str(site), str(room)]};"
+        "assert not any(map(util.find_spec, ['tcp', 'scipy', 'click'])); sys.argv = sys.argv[1:];"
+        "runpy.run_path(sys.argv[0], run_name='__main__')"
+    )
+
+    def run(*arguments) -> subprocess.CompletedProcess:
+        command = [sys.executable, "-I", "-S", "-c", start, str(room / "certificate.py")]
+        return subprocess.run([*command, *map(str, arguments)], capture_output=True, text=True)
+
+    return run
+
+
+def test_it_runs_on_its_own(alone, tmp_path):
+    piece = Workpiece.from_decimals("own", [("0", "0"), ("1.5", "0"), ("3", "1")])
+    file = write(prove(Instance(piece)), tmp_path / "own.cert.json.gz")
+    csv = tmp_path / "own.csv"
+    csv.write_text("# mine\nid,x_mm,y_mm\n1,0,0\n2,1.50,0\n3,3,1e0\n")
+    found = alone(file, csv)
+    assert found.returncode == 0, found.stderr
+    assert found.stdout.startswith("verified: The route given for 'own' (3 holes; ")
+    assert "takes 4 s" in found.stdout and Instance(piece).sha256 in found.stdout
+    csv.write_text("1,0,0\n2,1.50,0\n3,3,2\n")
+    cases = [
+        ((file, csv), 1, "another workpiece"),
+        ((tmp_path / "none.json",), 3, "cannot read"),
+        ((file, tmp_path / "none.csv"), 3, "cannot read"),
+        ((), 2, "usage"),
+        (("--help",), 2, "usage"),
+    ]
+    for arguments, code, words in cases:
+        found = alone(*arguments)
+        assert (found.returncode, found.stdout) == (code, "") and words in found.stderr
+        assert "Traceback" not in found.stderr
+
+
+@pytest.mark.parametrize(
+    ("text", "holes"),
+    [
+        ("1,2\n3,4.50\n", [("1", 1, 2), ("2", 3, Fraction(9, 2))]),
+        ("a,1,2\n\n# note\nb,-3,4\n", [("a", 1, 2), ("b", -3, 4)]),
+        ("\ufeffX , Y\n1,2\n", [("1", 1, 2)]),
+        ("hole,x_mm,y_mm,tool\nq,1,2,T1\n", [("q", 1, 2)]),
+    ],
+)
+def test_plain_csv_files_are_read(tmp_path, text, holes):
+    file = tmp_path / "w.csv"
+    file.write_text(text, "utf-8")
+    assert checker.read_csv(file) == holes
+
+
+@pytest.mark.parametrize("text", ["", "a,b,c\n", "1,2,x\n", "id,x\n1,2\n", "1,nan,2\n", "1\n"])
+def test_other_csv_files_are_refused(tmp_path, text):
+    file = tmp_path / "w.csv"
+    file.write_text(text, "utf-8")
+    with pytest.raises(Failure, match="cannot read"):
+        checker.read_csv(file)
+
+
+def test_the_checker_stays_small_and_alone():
+    """Two files under 500 lines, importing the standard library and numpy only."""
+    import ast
+
+    allowed = set(sys.stdlib_module_names) | {"numpy", "restated", "tcp.validate.restated"}
+    for name in ("certificate.py", "restated.py"):
+        text = (SOURCE / name).read_text()
+        assert len(text.splitlines()) < 500
+        for node in ast.walk(ast.parse(text)):
+            if isinstance(node, ast.Import):
+                assert {alias.name for alias in node.names} <= allowed
+            if isinstance(node, ast.ImportFrom):
+                assert (
+                    node.module in allowed or node.module.split(".")[0] in sys.stdlib_module_names
+                )
