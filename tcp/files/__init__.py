@@ -66,6 +66,8 @@ def _reader(path: Path) -> str:
     suffix = path.suffix.lower()
     if suffix in READERS and suffix != ".txt":
         return READERS[suffix]
+    if not path.is_file():
+        return "tcp.files.csv"  # a pipe can be read only once; what is missing is said there
     try:
         with path.open("rb") as file:
             head = file.read(65536)
