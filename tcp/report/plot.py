@@ -7,7 +7,6 @@ direction shows without arrows.
 from __future__ import annotations
 
 import io
-from collections.abc import Callable
 from dataclasses import dataclass
 from html import escape
 from pathlib import Path
@@ -131,38 +130,55 @@ def svg(picture: Drawing) -> bytes:
     scale = SIZE / (max(right - left, high - low) or 1.0)
     width, height = (right - left) * scale + 2 * MARGIN, (high - low) * scale + 2 * MARGIN + 30
 
-    def at(place: Place) -> tuple[str, str]:
-        x = (place[0] - left) * scale + MARGIN
-        y = (high - place[1]) * scale + MARGIN + 30
-        return f"{x:.1f}", f"{y:.1f}"
+    def at(place: Place) -> Place:
+        return (place[0] - left) * scale + MARGIN, (high - place[1]) * scale + MARGIN + 30
 
     body = [
         f'<text x="{MARGIN}" y="26" font-size="18">{escape(picture.title)}</text>',
         f'<text x="{MARGIN}" y="46" font-size="13" fill="#555">{escape(picture.subtitle)}</text>',
     ]
     for colour, run in picture.runs:
-        points = " ".join(",".join(at(place)) for place in run)
+        points = " ".join(f"{x:.1f},{y:.1f}" for x, y in map(at, run))
         body.append(f'<polyline points="{points}" stroke="{colour}"/>')
-    body += _svg_holes(picture, at)
+    body += _svg_holes([at(place) for place in picture.holes], picture.labels)
+    if picture.home is not None:
+        x, y = at(picture.home)
+        body.append(f'<path d="M{x:.1f},{y:.1f}m-6,-6h12v12h-12z" fill="#1b7837"/>')
     return _document(max(width, 420), height, body).encode()
 
 
-def _svg_holes(picture: Drawing, at: Callable[[Place], tuple[str, str]]) -> list[str]:
-    radius = 4 if picture.labels else max(0.6, 40 / len(picture.holes) ** 0.5)
+def _svg_holes(holes: list[Place], labels: list[str]) -> list[str]:
+    """Circles, the first and last ones filled, and ids where there is room."""
+    radius = 4 if labels else max(0.6, 40 / len(holes) ** 0.5)
+    fills = {0: "#2166ac", len(holes) - 1: "#cb181d"}
     parts = []
-    for k, place in enumerate(picture.holes):
-        x, y = at(place)
-        first, last = k == 0, k == len(picture.holes) - 1
-        fill = "#2166ac" if first else "#cb181d" if last else "#fff"
-        size = radius * 1.6 if first or last else radius
-        parts.append(f'<circle cx="{x}" cy="{y}" r="{size:.1f}" fill="{fill}"/>')
-        if picture.labels:
-            name = escape(picture.labels[k])
-            parts.append(f'<text x="{x}" y="{y}" dx="6" dy="-6" font-size="11">{name}</text>')
-    if picture.home is not None:
-        x, y = at(picture.home)
-        parts.append(f'<path d="M{x},{y}m-6,-6h12v12h-12z" fill="#1b7837"/>')
+    for k, (x, y) in enumerate(holes):
+        size, fill = (radius * 1.6, fills[k]) if k in fills else (radius, "#fff")
+        parts.append(f'<circle cx="{x:.1f}" cy="{y:.1f}" r="{size:.1f}" fill="{fill}"/>')
+    taken = [_box(place, 5, 5) for place in holes]
+    for name, (x, y) in zip(labels, holes, strict=False):
+        width = 6.5 * len(name)
+        corners = [(x + dx * (6 + width / 2), y + dy) for dy in (-9, 10) for dx in (1, -1)]
+        boxes = [_box(corner, width / 2, 5) for corner in corners]
+        free = [k for k, box in enumerate(boxes) if not any(_overlap(box, t) for t in taken)]
+        best = free[0] if free else 0
+        taken.append(boxes[best])
+        tx, ty = corners[best]
+        text = f'<text x="{tx:.1f}" y="{ty + 4:.1f}" font-size="11" text-anchor="middle">'
+        parts.append(f"{text}{escape(name)}</text>")
     return parts
+
+
+_Box = tuple[float, float, float, float]
+
+
+def _box(centre: Place, width: float, height: float) -> _Box:
+    """Left, top, right and bottom of what reaches so far around its centre."""
+    return centre[0] - width, centre[1] - height, centre[0] + width, centre[1] + height
+
+
+def _overlap(a: _Box, b: _Box) -> bool:
+    return a[0] < b[2] and b[0] < a[2] and a[1] < b[3] and b[1] < a[3]
 
 
 def _document(width: float, height: float, body: list[str]) -> str:

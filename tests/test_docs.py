@@ -1,0 +1,76 @@
+"""What the documents promise is there: commands, exit codes, the solver of CONTRIBUTING."""
+
+from __future__ import annotations
+
+import re
+import sys
+import textwrap
+import types
+from fractions import Fraction
+from pathlib import Path
+
+import click
+import pytest
+
+from tcp import Instance, solve
+from tcp.cli.main import COMMANDS, main
+from tcp.errors import Exit
+from tcp.files import read
+from tcp.solve import SOLVERS, Entry
+
+ROOT = Path(__file__).resolve().parents[1]
+
+
+def document(name: str) -> str:
+    return (ROOT / name).read_text(encoding="utf-8")
+
+
+def test_the_readme_opens_with_the_two_commands():
+    assert re.match(r"# tcp\n\n(    make demo[^\n]*\n    make test[^\n]*\n)", document("README.md"))
+
+
+def test_links_lead_somewhere():
+    for page in (
+        "README.md",
+        "CONTRIBUTING.md",
+        *(f"docs/{p.name}" for p in ROOT.glob("docs/*.md")),
+    ):
+        for target in re.findall(r"\]\((?!https?://|#)([^)#]+)", document(page)):
+            assert (ROOT / page).parent.joinpath(target).exists(), (page, target)
+
+
+@pytest.mark.parametrize("code", Exit, ids=str)
+def test_every_exit_code_is_documented(code):
+    assert re.search(rf"^\| {code.value} \| {code.name} \| \S", document("docs/cli.md"), re.M)
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_every_command_is_documented(name):
+    sections = re.split(r"^## ", document("docs/cli.md"), flags=re.M)
+    assert any(section.startswith(f"tcp {name}\n") for section in sections)
+
+
+@pytest.mark.parametrize("name", ["solve", "info"])
+def test_every_option_is_documented(name):
+    command = main.get_command(click.Context(main), name)
+    text = document("docs/cli.md")
+    for parameter in command.params:
+        if isinstance(parameter, click.Option):
+            assert f"`{parameter.opts[0]}" in text, parameter.opts[0]
+
+
+def test_the_readmes_python_works(monkeypatch, capsys):
+    monkeypatch.chdir(ROOT)
+    code = re.search(r"```python\n(.*?)```", document("README.md"), re.S)
+    exec(code[1], {})
+    assert len(capsys.readouterr().out.split(",")) == 14
+
+
+def test_the_solver_of_contributing_works(monkeypatch):
+    code = re.search(r"```python\n(   \"\"\".*?)```", document("CONTRIBUTING.md"), re.S)
+    module = types.ModuleType("nearest")
+    exec(textwrap.dedent(code[1]), module.__dict__)
+    monkeypatch.setitem(sys.modules, "nearest", module)
+    monkeypatch.setitem(SOLVERS, "nearest", Entry("nearest", exact=False))
+    result = solve(Instance(read(ROOT / "data" / "wp3.csv").workpiece), "nearest", starts=20)
+    assert Fraction("1482.604") <= result.time < 2000 and result.trace
