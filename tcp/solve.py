@@ -46,6 +46,8 @@ SOLVERS: Mapping[str, Entry] = {
     "cuckoo": Entry("tcp.heuristics.cuckoo", exact=False, libraries=("numba",)),
     "firefly": Entry("tcp.heuristics.firefly", exact=False, libraries=("numba",)),
     "milp": Entry("tcp.exact.milp", exact=True, libraries=("pulp", "highspy")),
+    "pso": Entry("tcp.heuristics.pso", exact=False, libraries=("numba",)),
+    "acs": Entry("tcp.heuristics.acs", exact=False, libraries=("numba",)),
 }
 
 

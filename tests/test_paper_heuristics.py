@@ -19,7 +19,7 @@ from tcp.solve import solve
 from tcp.stop import Stop, StopReason
 from tcp.validate.route import faults
 
-PAPERS = ("htga", "cuckoo", "firefly")
+PAPERS = ("htga", "cuckoo", "firefly", "pso", "acs")
 HOME = (Fraction(-3), Fraction(1, 2))
 ENDS = {
     "free": Ends(),
@@ -38,6 +38,8 @@ FEW = {
     "htga": {"np": 20, "gn": 150},
     "cuckoo": {"np": 15, "generations": 150},
     "firefly": {"agents": 8, "iterations": 100},
+    "pso": {"np": 20, "iterations": 150, "variant": "gc", "w": 0.7},
+    "acs": {"np": 5, "iterations": 100},
 }
 
 
@@ -212,6 +214,8 @@ def test_limits_are_heard(solver, endless):
         ("cuckoo", {"fitness": "x"}),
         ("firefly", {"agents": 1}),
         ("firefly", {"gamma": -1.0}),
+        ("pso", {"variant": "x"}),
+        ("acs", {"rho": 1.0}),
     ],
 )
 def test_parameters_out_of_range_are_refused(solver, wrong):

@@ -24,6 +24,7 @@ COMMANDS: dict[str, str] = {
     "solve": "Find the shortest drilling order of workpieces, and prove it.",
     "info": "Describe a workpiece.",
     "check": "Check a certificate, trusting nothing that wrote it.",
+    "experiment": "Repeat solver runs and set them beside a paper's table.",
 }
 """Every subcommand and its line in the help; the code is in ``tcp.cli.NAME``."""
 

@@ -29,6 +29,8 @@ OPTIONS: dict[str, list[dict[str, Any]]] = {
         {"formulation": "subtour", "backend": "cbc"},
         {"formulation": "subtour", "backend": "scip"},
     ],
+    "pso": [{"np": 10, "iterations": 30}],
+    "acs": [{"np": 5, "iterations": 20}],
 }
 """Options worth a contract of their own; a solver that is not named here runs with its defaults."""
 

@@ -1,0 +1,98 @@
+"""``tcp experiment``: repeat solver runs and set the figures beside a paper's."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import replace
+from pathlib import Path
+
+import click
+
+from tcp.cli.terminal import on_terminal
+from tcp.errors import OutputError, UsageError
+from tcp.experiments.journal import Journal
+from tcp.experiments.run import BACKENDS, Told, conduct, optima
+from tcp.experiments.spec import load
+from tcp.experiments.statistics import summarise
+from tcp.experiments.table import honest_table, whole_report
+
+EPILOG = """\b
+Examples:
+  tcp experiment data/experiments/htga-table-viii.toml --table
+  tcp experiment data/experiments/cuckoo-table-2.toml --runs 100 --plot wp2.svg
+  tcp experiment data/experiments/*.toml --jobs 2 --table
+
+\b
+Finished runs are kept in results/NAME.jsonl (--results changes the folder). Stopped at any
+moment, even killed, the same command continues where it was and ends with the same table.
+
+\b
+Exit codes: 0 done, 2 usage, 3 unreadable or invalid experiment, 7 results cannot be
+written, 70 internal error, 130 interrupted (what is finished is kept)."""
+
+
+@click.command(epilog=EPILOG)
+@click.argument(
+    "files", nargs=-1, required=True, metavar="EXPERIMENT...", type=click.Path(path_type=Path)
+)
+@click.option("--runs", type=click.IntRange(min=1), help="Runs of each column, not the file's.")
+@click.option("--jobs", type=click.IntRange(min=1), help="Processes; default one a core.")
+@click.option(
+    "--backend", type=click.Choice(BACKENDS), default="loky", show_default=True,
+    help="Where runs are made: here, or on an existing cluster.",
+)  # fmt: skip
+@click.option("--scheduler", metavar="ADDRESS", help="The cluster's, for dask and ray.")
+@click.option(
+    "--results", type=click.Path(path_type=Path), default=Path("results"), show_default=True,
+    help="Folder of the results files.",
+)  # fmt: skip
+@click.option("--table", is_flag=True, help="Print our figures beside the paper's.")
+@click.option("--plot", type=click.Path(path_type=Path), help="Draw the convergence (.svg, .png).")
+def command(
+    files: tuple[Path, ...],
+    runs: int | None,
+    jobs: int | None,
+    backend: str,
+    scheduler: str | None,
+    results: Path,
+    table: bool,
+    plot: Path | None,
+) -> None:
+    """Make the runs of each EXPERIMENT that are missing, and summarise all of them.
+
+    Each run is measured against the optimum, which an exact solver proves first.
+    """
+    if plot is not None and len(files) > 1:
+        raise UsageError("--plot draws one experiment; name one file")
+    for path in files:
+        experiment = load(path)
+        experiment = experiment if runs is None else replace(experiment, runs=runs)
+        known = optima(experiment)
+        journal = Journal(results / f"{path.stem}.jsonl")
+        with _progress(path.stem) as told:
+            made = conduct(
+                experiment, known, journal,
+                jobs=jobs, backend=backend, scheduler=scheduler, told=told,
+            )  # fmt: skip
+        summaries = summarise(experiment.columns, known, made)
+        click.echo(whole_report(experiment, summaries) if table else honest_table(summaries))
+        if plot is not None:
+            from tcp.experiments.plot import save_convergence
+
+            try:
+                save_convergence(experiment, summaries, plot)
+            except (OSError, ValueError) as error:
+                raise OutputError(f"cannot write {plot}: {error}") from None
+
+
+@contextmanager
+def _progress(name: str) -> Iterator[Told]:
+    """A counter on a terminal, nothing elsewhere."""
+    if not on_terminal():
+        yield lambda done, total: None
+        return
+    from rich.console import Console
+
+    with Console(stderr=True).status(name) as status:
+        yield lambda done, total: status.update(f"{name}: {done} of {total} runs")

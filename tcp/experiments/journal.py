@@ -1,0 +1,138 @@
+"""The results file: one JSON line a run, appended as runs finish, safe against being killed.
+
+A line counts only if it is whole: valid JSON with every field, ended by a
+newline, and its checksum right.  Anything else is what a killed process left
+behind; it is skipped, and the run is made again.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import zlib
+from collections.abc import Iterator
+from dataclasses import asdict, dataclass, fields
+from pathlib import Path
+from typing import Any
+
+from tcp.errors import InputError, OutputError
+
+
+@dataclass(frozen=True)
+class Run:
+    """One finished run.
+
+    Parameters
+    ----------
+    key : str
+        What it depends on (:meth:`tcp.experiments.spec.Column.key`).
+    seed : int
+        Its seed.
+    optimum, cost : int or None
+        The proved optimum it was measured against and its best cost, in quanta.
+    route : list of str
+        The best route, holes by id.
+    trace : list of [iteration, cost]
+        Best so far, one entry an improvement; iteration 0 is the initial population.
+    iterations, evaluations : int
+        Made, until the optimum was hit or the limit reached.
+    seconds : float
+        Wall time of the run.
+    """
+
+    key: str
+    seed: int
+    optimum: int | None
+    cost: int | None
+    route: list[str]
+    trace: list[list[int]]
+    iterations: int
+    evaluations: int
+    seconds: float
+
+    @property
+    def hit(self) -> int | None:
+        """Iteration at which the run first had the optimum."""
+        if self.optimum is None:
+            return None
+        return next((at for at, cost in self.trace if cost <= self.optimum), None)
+
+    @property
+    def last(self) -> int:
+        """Iteration of the last improvement."""
+        return self.trace[-1][0] if self.trace else 0
+
+
+class Journal:
+    """An append-only file of :class:`Run`.
+
+    Parameters
+    ----------
+    path : path
+        The file; created with the first run.
+    """
+
+    def __init__(self, path: str | Path):
+        self.path = Path(path)
+
+    def runs(self) -> dict[str, Run]:
+        """Every whole run in the file by its key; a run made twice counts once.
+
+        Raises
+        ------
+        InputError
+            If the file cannot be read.
+        """
+        return {run.key: run for run in self._whole()}
+
+    def _whole(self) -> Iterator[Run]:
+        try:
+            data = self.path.read_bytes()
+        except FileNotFoundError:
+            return
+        except OSError as error:
+            raise InputError(f"cannot read the results: {error.strerror}", self.path) from None
+        *lines, _ = data.split(b"\n")  # what stands behind the last newline is half a line
+        for line in lines:
+            run = _parse(line)
+            if run is not None:
+                yield run
+
+    def append(self, run: Run) -> None:
+        """Add one run and see it to the disk.
+
+        Raises
+        ------
+        OutputError
+            If the file cannot be written.
+        """
+        line = _line(run)
+        try:
+            self.path.parent.mkdir(parents=True, exist_ok=True)
+            with self.path.open("ab+") as file:
+                end = file.seek(0, os.SEEK_END)
+                file.seek(max(end - 1, 0))
+                torn = end > 0 and file.read(1) != b"\n"
+                file.write((b"\n" if torn else b"") + line)
+                file.flush()
+                os.fsync(file.fileno())
+        except OSError as error:
+            raise OutputError(f"cannot write {self.path}: {error.strerror}") from None
+
+
+def _line(run: Run) -> bytes:
+    body = json.dumps(asdict(run), separators=(",", ":")).encode()
+    return b"%08x %s\n" % (zlib.crc32(body), body)
+
+
+def _parse(line: bytes) -> Run | None:
+    head, _, body = line.partition(b" ")
+    if head != b"%08x" % zlib.crc32(body):
+        return None
+    try:
+        data: Any = json.loads(body)
+    except ValueError:
+        return None
+    if not isinstance(data, dict) or set(data) != {f.name for f in fields(Run)}:
+        return None
+    return Run(**data)

@@ -1,0 +1,229 @@
+"""What an experiment file says: columns of a published table, each a repeated solver run.
+
+The format (TOML) is described in ``docs/experiments.md``.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import tomllib
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from fractions import Fraction
+from pathlib import Path
+from typing import Any
+
+from tcp.errors import InputError
+from tcp.files import read
+from tcp.instance import Ends, Instance, Rules
+from tcp.travel import Travel, parse_model
+from tcp.workpiece import exact_decimal
+
+ROWS = {
+    "sequence": "Optimal sequence",
+    "population": "Population number",
+    "success": "Runs that reached the optimum",
+    "least_iterations": "The least iteration number during global convergence",
+    "average_iterations": "The average iteration number during global convergence",
+    "most_iterations": "The most iteration number during global convergence",
+    "average_last": "The average iteration of a run's last improvement",
+    "least_searched": "The least number of solutions searched",
+    "average_searched": "The average number of solutions searched",
+    "least_ratio": "The least search ratio",
+    "average_ratio": "The average search ratio",
+    "least_time": "The least time required",
+    "average_time": "The average time required",
+    "most_time": "The most time required",
+    "least_error": "Percentage error for the least time required",
+    "average_error": "Percentage error for average time required",
+    "most_error": "Percentage error for most time required",
+    "average_fitness": "Average fitness",
+    "length": "Length of optimal path",
+    "optimal_time": "The optimal time required",
+}
+"""Rows of the papers' tables by the key an experiment file uses, in the papers' words."""
+
+TOP = {"title", "source", "notes", "runs", "seed", "rows", "column"}
+COLUMN = {"name", "workpiece", "travel", "start", "end", "home", "legs", "closed", "min_jump"}
+COLUMN |= {"solver", "options", "published"}
+
+
+@dataclass(frozen=True)
+class Column:
+    """One column of a table: what the paper printed, and the runs that we set beside it.
+
+    Parameters
+    ----------
+    name : str
+        The column's head.
+    instance : Instance
+        What is solved.
+    solver : str
+        Name of the solver, empty for a column that is only quoted.
+    options : mapping
+        The solver's options.
+    published : mapping from row key to text
+        The paper's figures as printed.
+    """
+
+    name: str
+    instance: Instance
+    solver: str
+    options: Mapping[str, Any] = field(default_factory=dict)
+    published: Mapping[str, str] = field(default_factory=dict)
+
+    def key(self, seed: int) -> str:
+        """What a run depends on, as a hash: a stored run with this key need not be made again."""
+        data = [self.instance.sha256, self.solver, sorted(self.options.items()), seed]
+        return hashlib.sha256(json.dumps(data).encode()).hexdigest()[:32]
+
+
+@dataclass(frozen=True)
+class Experiment:
+    """One experiment file.
+
+    Parameters
+    ----------
+    title, source, notes : str
+        Head line, citation of the table, remarks printed below it.
+    runs, seed : int
+        Runs of each column, and the seed of the first; run k has seed ``seed + k``.
+    rows : tuple of str
+        Keys of :data:`ROWS` in the paper's order.
+    columns : tuple of Column
+        The table's columns.
+    """
+
+    title: str
+    source: str
+    notes: str
+    runs: int
+    seed: int
+    rows: tuple[str, ...]
+    columns: tuple[Column, ...]
+
+
+def load(path: str | Path) -> Experiment:
+    """Read an experiment file.
+
+    Raises
+    ------
+    InputError
+        If it cannot be read or does not follow the format; names the key at fault.
+    UsageError
+        If travel, ends and workpiece of a column do not fit together.
+    """
+    path = Path(path)
+    try:
+        data = tomllib.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise InputError(f"cannot read the experiment: {error.strerror}", path) from None
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise InputError(f"not a TOML file: {error}", path) from None
+    _only(data, TOP, "the experiment", path)
+    rows = _texts(data, "rows", path)
+    for row in rows:
+        if row not in ROWS:
+            raise InputError(f"unknown row {row!r}; expected one of {', '.join(ROWS)}", path)
+    columns = data.get("column")
+    if not isinstance(columns, list) or not columns:
+        raise InputError("an experiment needs at least one [[column]]", path)
+    return Experiment(
+        title=_text(data, "title", path),
+        source=_text(data, "source", path, ""),
+        notes=_text(data, "notes", path, ""),
+        runs=_whole(data, "runs", path, 1),
+        seed=_whole(data, "seed", path, 0),
+        rows=rows,
+        columns=tuple(_column(c, rows, path) for c in columns),
+    )
+
+
+def _column(data: Any, rows: tuple[str, ...], path: Path) -> Column:
+    if not isinstance(data, dict):
+        raise InputError("a [[column]] must be a table", path)
+    name = _text(data, "name", path)
+    _only(data, COLUMN, f"column {name!r}", path)
+    published = data.get("published", {})
+    _only(published, set(rows), f"what is published in column {name!r}", path)
+    options = data.get("options", {})
+    if not isinstance(options, dict):
+        raise InputError(f"options of column {name!r} must be a table", path)
+    return Column(
+        name=name,
+        instance=_instance(data, path),
+        solver=_text(data, "solver", path, ""),
+        options=options,
+        published={key: str(value) for key, value in published.items()},
+    )
+
+
+def _instance(data: Mapping[str, Any], path: Path) -> Instance:
+    reading = read(path.parent / _text(data, "workpiece", path))
+    piece = reading.workpiece
+    index = piece.index
+
+    def hole(key: str) -> int | None:
+        if key not in data:
+            return None
+        if str(data[key]) not in index:
+            raise InputError(f"{key} = {data[key]!r} names no hole of {piece.name}", path)
+        return index[str(data[key])]
+
+    home = _home(data, path)
+    legs = data.get("legs", "both") if home else ""
+    if legs not in ("both", "out", "back", ""):
+        raise InputError(f"legs = {legs!r}; expected both, out or back", path)
+    jump = data.get("min_jump")
+    return Instance(
+        piece,
+        Travel(parse_model(_text(data, "travel", path, "sequential"))),
+        Ends(
+            start=hole("start"),
+            end=hole("end"),
+            home=home,
+            outward=legs in ("both", "out"),
+            back=legs in ("both", "back"),
+            closed=bool(data.get("closed", False)),
+        ),
+        Rules(min_jump=None if jump is None else Fraction(exact_decimal(str(jump)))),
+    )
+
+
+def _home(data: Mapping[str, Any], path: Path) -> tuple[Fraction, Fraction] | None:
+    if "home" not in data:
+        return None
+    try:
+        x, y = (Fraction(exact_decimal(str(v))) for v in data["home"])
+    except (TypeError, ValueError, InputError):
+        raise InputError(f"home = {data['home']!r}; expected [X, Y] in mm", path) from None
+    return x, y
+
+
+def _only(data: Mapping[str, Any], known: set[str], where: str, path: Path) -> None:
+    unknown = sorted(set(data) - known)
+    if unknown:
+        expected = ", ".join(sorted(known))
+        raise InputError(f"{where} has no key {unknown[0]!r}; expected {expected}", path)
+
+
+def _text(data: Mapping[str, Any], key: str, path: Path, default: str | None = None) -> str:
+    value = data.get(key, default)
+    if not isinstance(value, str):
+        raise InputError(f"{key} must be a text", path)
+    return value
+
+
+def _texts(data: Mapping[str, Any], key: str, path: Path) -> tuple[str, ...]:
+    value = data.get(key)
+    if not isinstance(value, list) or not value or not all(isinstance(v, str) for v in value):
+        raise InputError(f"{key} must be a list of texts", path)
+    return tuple(value)
+
+
+def _whole(data: Mapping[str, Any], key: str, path: Path, least: int) -> int:
+    value = data.get(key, least)
+    if not isinstance(value, int) or isinstance(value, bool) or value < least:
+        raise InputError(f"{key} must be a whole number of at least {least}", path)
+    return value

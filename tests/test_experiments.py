@@ -1,0 +1,314 @@
+"""Experiments: files, journal, statistics, tables, and the same results on every backend."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import signal
+import subprocess
+import sys
+import time
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+from tcp.cli.main import main
+from tcp.errors import InputError, UsageError
+from tcp.experiments.journal import Journal, Run
+from tcp.experiments.plot import best_so_far
+from tcp.experiments.run import conduct, optima
+from tcp.experiments.spec import load
+from tcp.experiments.statistics import mean_interval, summarise, wilson
+from tcp.experiments.table import paper_table, whole_report
+from tcp.solve import SOLVERS
+
+ROOT = Path(__file__).resolve().parents[1]
+SHIPPED = sorted((ROOT / "data" / "experiments").glob("*.toml"))
+
+SMALL = """
+title = "A small one"
+runs = {runs}
+seed = 5
+rows = ["sequence", "least_iterations", "average_iterations", "least_time", "optimal_time"]
+
+[[column]]
+name = "CS"
+workpiece = "{wp1}"
+travel = "case2"
+solver = "cuckoo"
+options = {{ np = 10, generations = 900 }}
+[column.published]
+least_iterations = "1"
+optimal_time = "235.2"
+
+[[column]]
+name = "quoted"
+workpiece = "{wp1}"
+[column.published]
+least_iterations = "7"
+
+[[column]]
+name = "GA"
+workpiece = "{wp1}"
+solver = "htga"
+options = {{ np = 10, gn = 40 }}
+"""
+
+
+@pytest.fixture
+def small(tmp_path: Path) -> Path:
+    path = tmp_path / "small.toml"
+    path.write_text(SMALL.format(runs=6, wp1=ROOT / "data" / "wp1.csv"))
+    return path
+
+
+def some_run(seed: int = 0, **changes: object) -> Run:
+    run = Run(f"key {seed}", seed, 90, 90, ["1", "2"], [[0, 120], [7, 90]], 7, 80, 0.25)
+    return replace(run, **changes)
+
+
+def facts(runs: dict[str, Run]) -> dict[str, Run]:
+    """What must be the same everywhere: all but the wall time."""
+    return {key: replace(run, seconds=0.0) for key, run in runs.items()}
+
+
+# --- experiment files -------------------------------------------------------
+
+
+@pytest.mark.parametrize("path", SHIPPED, ids=lambda p: p.stem)
+def test_shipped_experiments_are_valid(path):
+    experiment = load(path)
+    assert experiment.runs >= 50 and experiment.source
+    for column in experiment.columns:
+        assert column.solver or column.published
+        assert not column.solver or column.solver in SOLVERS
+
+
+def test_every_published_table_has_a_file():
+    names = {path.stem for path in SHIPPED}
+    assert {f"htga-table-{n}" for n in ("vi", "vii", "viii", "ix", "x", "xi")} <= names
+    assert {f"cuckoo-table-{n}" for n in (1, 2, 3, 5, 6)} <= names
+    assert "firefly-table-iii" in names
+
+
+@pytest.mark.parametrize(
+    ("change", "complaint"),
+    [
+        (("title =", "titel ="), "no key 'titel'"),
+        (('"least_time", ', '"last_time", '), "unknown row 'last_time'"),
+        (("runs = 6", "runs = 0"), "at least 1"),
+        (("runs = 6", 'runs = "6"'), "at least 1"),
+        (('solver = "cuckoo"', 'solvr = "cuckoo"'), "column 'CS' has no key 'solvr'"),
+        (("options = { np = 10, generations = 900 }", "options = 3"), "must be a table"),
+        (('least_iterations = "7"', 'most_time = "7"'), "no key 'most_time'"),
+        (("seed = 5", "seeds = 5"), "no key 'seeds'"),
+        (('name = "GA"', "name = 5"), "name must be a text"),
+        (('travel = "case2"', 'travel = "case2"\nstart = 77'), "names no hole"),
+        (('travel = "case2"', 'travel = "case2"\nhome = "here"'), "expected"),
+        (("rows = [", "rows = ["[:-1] + "{"), "not a TOML file"),
+    ],
+)
+def test_files_that_make_no_sense_are_refused(small, change, complaint):
+    small.write_text(small.read_text().replace(*change))
+    with pytest.raises(InputError, match=re.escape(complaint)):
+        load(small)
+
+
+def test_a_missing_file_and_a_missing_workpiece_are_refused(small, tmp_path):
+    with pytest.raises(InputError, match="cannot read"):
+        load(tmp_path / "none.toml")
+    small.write_text(small.read_text().replace("wp1.csv", "wp9.csv"))
+    with pytest.raises(InputError):
+        load(small)
+
+
+# --- the journal ------------------------------------------------------------
+
+
+def test_journal_keeps_what_it_is_given(tmp_path):
+    journal = Journal(tmp_path / "deep" / "j.jsonl")
+    assert journal.runs() == {}
+    for seed in range(3):
+        journal.append(some_run(seed))
+    assert journal.runs() == {f"key {k}": some_run(k) for k in range(3)}
+
+
+def test_half_written_and_damaged_lines_are_recognised(tmp_path):
+    journal = Journal(tmp_path / "j.jsonl")
+    for seed in range(4):
+        journal.append(some_run(seed))
+    whole = journal.path.read_bytes()
+    first = whole.index(b"\n") + 1
+    for cut in range(len(whole) - 1, len(whole) - 60, -7):
+        journal.path.write_bytes(whole[:cut])
+        assert set(journal.runs()) == {"key 0", "key 1", "key 2"}
+    journal.append(some_run(9))  # behind half a line: on a line of its own
+    assert set(journal.runs()) == {"key 0", "key 1", "key 2", "key 9"}
+    flipped = whole[:first].replace(b"120", b"121") + whole[first:]
+    journal.path.write_bytes(flipped)
+    assert set(journal.runs()) == {"key 1", "key 2", "key 3"}
+    journal.path.write_bytes(b"\n\xff\xfe garbage\n" + whole)
+    assert len(journal.runs()) == 4
+
+
+def test_hits_and_last_improvements():
+    assert some_run().hit == 7 and some_run().last == 7
+    assert some_run(optimum=80).hit is None
+    assert some_run(optimum=130).hit == 0
+
+
+# --- running ----------------------------------------------------------------
+
+
+def test_results_are_the_same_for_one_and_two_processes(small, tmp_path):
+    experiment = load(small)
+    known = optima(experiment)
+    alone = conduct(experiment, known, Journal(tmp_path / "1.jsonl"), jobs=1)
+    assert len(alone) == 12 and all(run.cost >= run.optimum for run in alone.values())
+    two = conduct(experiment, known, Journal(tmp_path / "2.jsonl"), jobs=2)
+    assert facts(two) == facts(alone)
+
+
+@pytest.mark.filterwarnings("default")  # the cluster's own libraries may warn
+def test_a_dask_cluster_of_two_processes_gives_the_same_results(small, tmp_path):
+    distributed = pytest.importorskip("distributed", reason="the dask extra is not installed")
+    experiment = load(small)
+    known = optima(experiment)
+    alone = conduct(experiment, known, Journal(tmp_path / "1.jsonl"), jobs=1)
+    with distributed.LocalCluster(
+        n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None
+    ) as cluster:
+        journal = Journal(tmp_path / "d.jsonl")
+        dask = conduct(
+            experiment, known, journal, backend="dask", scheduler=cluster.scheduler_address
+        )
+    assert facts(dask) == facts(alone) == facts(journal.runs())
+
+
+def test_a_run_is_its_column_and_seed(small, tmp_path):
+    experiment = load(small)
+    known = optima(experiment)
+    journal = Journal(tmp_path / "j.jsonl")
+    heard = []
+    few = conduct(
+        replace(experiment, runs=2), known, journal, jobs=1, told=lambda *n: heard.append(n)
+    )
+    assert heard == [(k, 4) for k in range(5)]
+    all_runs = conduct(experiment, known, journal, jobs=1)
+    assert facts(few).items() <= facts(all_runs).items()
+    stamp = journal.path.read_bytes()
+    assert conduct(experiment, known, journal, jobs=1) == all_runs
+    assert journal.path.read_bytes() == stamp
+    other = replace(experiment.columns[0], options={"np": 11, "generations": 900})
+    assert other.key(5) != experiment.columns[0].key(5)
+
+
+def test_backends_need_what_they_need(small, tmp_path):
+    experiment, journal = load(small), Journal(tmp_path / "j.jsonl")
+    known = optima(experiment)
+    with pytest.raises(UsageError, match="unknown backend"):
+        conduct(experiment, known, journal, backend="threads")
+    with pytest.raises(UsageError, match="--scheduler needs"):
+        conduct(experiment, known, journal, scheduler="tcp://x:1")
+    with pytest.raises(UsageError, match=r"needs --scheduler|pip install"):
+        conduct(experiment, known, journal, backend="dask")
+
+
+def test_killed_at_any_moment_it_continues_and_ends_with_the_same_table(small, tmp_path):
+    small.write_text(small.read_text().replace("runs = 6", "runs = 150"))
+    words = [sys.executable, "-m", "tcp", "experiment", str(small), "--jobs", "1", "--results"]
+    folder, lines = tmp_path / "killed", tmp_path / "killed" / "small.jsonl"
+    process = subprocess.Popen([*words, str(folder)], cwd=ROOT, stdout=subprocess.DEVNULL)
+    deadline = time.monotonic() + 60
+    while not (lines.exists() and lines.stat().st_size > 4000) and time.monotonic() < deadline:
+        time.sleep(0.005)
+    process.send_signal(signal.SIGKILL)
+    process.wait()
+    kept = len(Journal(lines).runs())
+    assert 0 < kept < 300, "killed too late or too early to show anything"
+    os.truncate(lines, lines.stat().st_size - 17)
+    experiment = load(small)
+    known = optima(experiment)
+    resumed = conduct(experiment, known, Journal(lines), jobs=1)
+    fresh = conduct(experiment, known, Journal(tmp_path / "fresh.jsonl"), jobs=1)
+    assert facts(resumed) == facts(fresh)
+    tables = [
+        paper_table(experiment, summarise(experiment.columns, known, runs))
+        for runs in (resumed, fresh)
+    ]
+    assert tables[0] == tables[1]
+
+
+# --- statistics, tables, plots ----------------------------------------------
+
+
+def test_intervals_are_the_textbooks():
+    low, high = wilson(8, 10)
+    assert (low, high) == (pytest.approx(0.4902, abs=1e-4), pytest.approx(0.9433, abs=1e-4))
+    assert wilson(0, 5)[0] == 0 and wilson(5, 5)[1] == 1
+    mean, half = mean_interval([1.0, 2.0, 3.0, 4.0])
+    assert mean == 2.5 and half == pytest.approx(2.0542, abs=1e-4)  # t(3) = 3.1824, s = 1.2910
+    assert mean_interval([7.0]) == (7.0, 0.0)
+
+
+def test_the_table_shows_the_papers_figures_and_ours(small, tmp_path):
+    experiment = load(small)
+    known = optima(experiment)
+    runs = conduct(experiment, known, Journal(tmp_path / "j.jsonl"), jobs=1)
+    summaries = summarise(experiment.columns, known, runs)
+    assert [s is None for s in summaries] == [False, True, False]
+    text = whole_report(experiment, summaries)
+    head = next(line for line in text.splitlines() if line.startswith("| Criteria"))
+    cells = [c.strip() for c in head.strip("|").split("|")]
+    assert cells == ["Criteria", "CS: paper", "CS: ours", "quoted: paper", "GA: ours"]
+    first = summaries[0]
+    assert first.success == 1.0 and first.figure("optimal_time") == "235.25"
+    hits = sorted(run.hit for run in first.runs)
+    assert first.figure("least_iterations") == str(hits[0])
+    assert first.figure("most_iterations") == str(hits[-1])
+    assert f"{sum(hits) / len(hits):.1f}".removesuffix(".0") == first.figure("average_iterations")
+    assert first.figure("least_time") == "235.25"
+    assert first.gap_interval() == (0.0, 0.0)
+    ratio = min(run.evaluations for run in first.runs) / 181440  # 9! / 2, equation (17)
+    assert first.figure("least_ratio") == f"{ratio * 100:.2E}%"
+
+
+def test_a_column_without_success_says_so(small, tmp_path):
+    experiment = load(small)
+    known = optima(experiment)
+    runs = conduct(experiment, known, Journal(tmp_path / "j.jsonl"), jobs=1)
+    worse = {k: replace(r, cost=r.optimum * 2, trace=[[0, r.optimum * 2]]) for k, r in runs.items()}
+    summary = summarise(experiment.columns, known, worse)[0]
+    assert summary.figure("least_iterations") == "none"
+    assert summary.figure("success") == "0 of 6"
+    assert summary.gap_interval()[0] == pytest.approx(1.0)
+
+
+def test_curves_follow_the_trace():
+    grid = np.array([0, 1, 2, 5, 6, 100])
+    assert best_so_far([[0, 9], [2, 7], [6, 3]], grid).tolist() == [9, 9, 7, 7, 3, 3]
+
+
+def test_the_command_prints_tables_and_draws(small, tmp_path):
+    plot = tmp_path / "curves.svg"
+    words = ["experiment", str(small), "--runs", "3", "--jobs", "1"]
+    words += ["--results", str(tmp_path / "r")]
+    done = CliRunner().invoke(main, [*words, "--table", "--plot", str(plot)])
+    assert done.exit_code == 0, done.output
+    assert "GA: ours" in done.output and "Ours: 3 runs a column" in done.output
+    assert plot.read_text().lstrip().startswith("<?xml")
+    short = CliRunner().invoke(main, words)
+    assert "Criteria" not in short.output and "95 % interval" in short.output
+    twice = CliRunner().invoke(main, [*words, str(small), "--plot", str(plot)])
+    assert twice.exit_code == 2
+
+
+def test_results_lines_are_plain_json_behind_a_checksum(tmp_path):
+    journal = Journal(tmp_path / "j.jsonl")
+    journal.append(some_run(3))
+    _, _, body = journal.path.read_text().partition(" ")
+    assert json.loads(body)["trace"] == [[0, 120], [7, 90]]
