@@ -25,6 +25,9 @@ COMMANDS: dict[str, str] = {
     "info": "Describe a workpiece.",
     "check": "Check a certificate, trusting nothing that wrote it.",
     "experiment": "Repeat solver runs and set them beside a paper's table.",
+    "validate": "Judge a route and its claimed time: valid, true, optimal?",
+    "audit": "Judge every claim of whole papers, and of your own.",
+    "explain": "What the code of a finding means.",
 }
 """Every subcommand and its line in the help; the code is in ``tcp.cli.NAME``."""
 

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from tcp.errors import InputError
 from tcp.files.claims import Claim, ClaimsFile, read_claims
-from tcp.files.order import order_of
+from tcp.files.order import Order, order_of
 from tcp.files.printed import Agreement, Printed, parse_printed
 from tcp.instance import Instance
 from tcp.result import decimal
@@ -21,6 +21,7 @@ from tcp.validate.quotations import quotation_findings, subject_findings, workpi
 from tcp.validate.repairs import Repairs, repair
 from tcp.validate.sequence import walk
 from tcp.validate.statistics import statistics_findings
+from tcp.validate.suspect import suspicions
 from tcp.workpiece import Workpiece
 
 
@@ -91,6 +92,7 @@ def audit(
     *,
     knowledge: Knowledge = NOTHING,
     ignore: Collection[str] = (),
+    suspect: bool = False,
 ) -> Audit:
     """Judge every claim of claims files.
 
@@ -102,6 +104,8 @@ def audit(
         Certified bounds and optima.
     ignore : collection of str
         Codes to leave out.
+    suspect : bool
+        Whether to search single misprinted coordinates that explain refuted times.
 
     Returns
     -------
@@ -119,10 +123,49 @@ def audit(
     entries = []
     for file in read:
         for claim in file.claims:
-            entry = _Judge(book, file, claim).entry()
+            entry = _Judge(book, file, claim, suspect).entry()
             found = [*entry.findings, *subjects.get(claim.key, [])]
             entries.append(replace(entry, findings=_located(found, claim, ignore)))
     return Audit(tuple(entries), tuple(_title(f) for f in read))
+
+
+def single(
+    instance: Instance,
+    order: Order,
+    *,
+    claimed: Printed | None = None,
+    known: Known | None = None,
+    optimal: bool = False,
+    mend: bool = False,
+    ignore: Collection[str] = (),
+) -> Entry:
+    """The entry of one route that stands in no claims file.
+
+    Parameters
+    ----------
+    instance, order, claimed, known, optimal
+        As for :func:`tcp.validate.validate`.
+    mend : bool
+        Whether to repair a sequence that is no route.
+    ignore : collection of str
+        Codes to leave out.
+    """
+    verdict = validate(instance, order, claimed=claimed, known=known, optimal=optimal)
+    facts = {"Problem": f"{instance.name}, {_moves(instance)}", **_bound(instance, known)}
+    if claimed is not None:
+        facts["Claimed"] = claimed.text
+    if verdict.time is not None:
+        facts["Recomputed"] = decimal(verdict.time)
+    repairs = repair(instance, order, known=known) if mend and not verdict.count.valid else None
+    found = tuple(f for f in verdict.findings if f.code not in ignore)
+    return Entry(instance.name, "route", "", facts, found, repairs)
+
+
+def _bound(instance: Instance, known: Known | None) -> dict[str, str]:
+    if known is None:
+        return {}
+    label = f"{known.word.capitalize()} {'optimum' if known.optimal else 'lower bound'}"
+    return {label: decimal(known.times(instance)[0])}
 
 
 def _title(file: ClaimsFile) -> str:
@@ -189,6 +232,7 @@ class _Judge:
     book: _Book
     file: ClaimsFile
     claim: Claim
+    suspect: bool = False
 
     def entry(self) -> Entry:
         """The verdict; a claim that cannot be understood stops the audit with its line."""
@@ -228,12 +272,8 @@ class _Judge:
         if instance is None:
             return None, None, {}
         known = self.book.known(instance)
-        facts = {"Problem": f"{self.claim.text('workpiece')}, {_moves(instance)}"}
-        if known is not None:
-            lower, _ = known.times(instance)
-            label = "Certified optimum" if known.optimal else "Certified lower bound"
-            facts[label] = decimal(lower)
-        return instance, known, facts
+        problem = f"{self.claim.text('workpiece')}, {_moves(instance)}"
+        return instance, known, {"Problem": problem, **_bound(instance, known)}
 
     def workpiece(self) -> Entry:
         """A set of coordinates."""
@@ -268,6 +308,10 @@ class _Judge:
             *quotation_findings(claim, self.book.claims, instance.workpiece),
         ]
         repairs = None if verdict.count.valid else repair(instance, order, known=known)
+        if self.suspect and time is not None and "TCP201" in verdict.codes():
+            more, suspected = suspicions(instance, order.entries, time, repairs)
+            facts |= more
+            found += suspected
         return self.make(facts, found, repairs)
 
     def statistics(self) -> Entry:

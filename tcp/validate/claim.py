@@ -249,7 +249,7 @@ def optimality(
         found.append(
             finding(
                 "TCP303",
-                f"claimed {claimed} is impossible for any sequence: the certified {what} is "
+                f"claimed {claimed} is impossible for any sequence: the {known.word} {what} is "
                 f"{decimal(lower)}",
                 claimed=claimed.text,
                 bound=decimal(lower),
@@ -259,7 +259,7 @@ def optimality(
     if cost is not None:
         return [*found, _against(instance, cost, known, optimal)]
     if claimed is not None and known.optimal and claimed.agreement(lower).holds:
-        text = f"claimed {claimed} is the certified optimum {decimal(lower)}"
+        text = f"claimed {claimed} is the {known.word} optimum {decimal(lower)}"
         found.append(finding("TCP306", text, optimum=decimal(lower)))
     return found
 
@@ -273,7 +273,11 @@ def _against(instance: Instance, cost: int, known: Known, optimal: bool) -> Find
     lower, upper = known.times(instance)
     time = cost * instance.quantum
     if cost == known.lower:
-        return finding("TCP301", f"{decimal(time)} is certified optimal", optimum=decimal(lower))
+        return finding(
+            "TCP301",
+            f"{decimal(time)} is optimal: the {known.word} optimum",
+            optimum=decimal(lower),
+        )
     above = float((time - lower) / lower * 100) if lower else float("inf")
     if upper is not None and time > upper:
         what = "optimum" if known.optimal else "best known route"
@@ -281,7 +285,7 @@ def _against(instance: Instance, cost: int, known: Known, optimal: bool) -> Find
         percent = float((time - base) / base * 100) if base else float("inf")
         return finding(
             "TCP302",
-            f"valid, but {decimal(time)} is {percent:.3f} % above the certified {what} "
+            f"valid, but {decimal(time)} is {percent:.3f} % above the {known.word} {what} "
             f"{decimal(base)}",
             severity=Severity.WARNING if optimal else Severity.NOTE,
             time=decimal(time),
@@ -290,7 +294,7 @@ def _against(instance: Instance, cost: int, known: Known, optimal: bool) -> Find
         )
     return finding(
         "TCP305",
-        f"valid, {above:.3f} % above the certified lower bound {decimal(lower)}",
+        f"valid, {above:.3f} % above the {known.word} lower bound {decimal(lower)}",
         time=decimal(time),
         bound=decimal(lower),
         percent=round(above, 6),

@@ -24,17 +24,25 @@ class Known:
         Where the certificate is.
     route : tuple of int or None
         Holes of that route, by position in the workpiece.
+    certified : bool
+        Whether a certificate was checked, or somebody merely states it.
     """
 
     lower: int
     upper: int | None = None
     source: str = ""
     route: tuple[int, ...] | None = None
+    certified: bool = True
 
     @property
     def optimal(self) -> bool:
         """Whether lower bound and known route meet."""
         return self.lower == self.upper
+
+    @property
+    def word(self) -> str:
+        """How to speak of it: certified, or stated."""
+        return "certified" if self.certified else "stated"
 
     def times(self, instance: Instance) -> tuple[Fraction, Fraction | None]:
         """Lower and upper bound in the unit of the instance's times."""
