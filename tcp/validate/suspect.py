@@ -11,7 +11,7 @@ chance.
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from fractions import Fraction
 
@@ -161,27 +161,39 @@ def _digits(value: int) -> Iterator[tuple[int, str]]:
 
 
 def pattern_places(piece: Workpiece) -> list[tuple[int, int]]:
-    """Free places that two or more repeated shifts of the board predict."""
+    """Free places on the board that two or more of its repeated shifts predict."""
     points = list(zip(piece.x.tolist(), piece.y.tolist(), strict=True))
-    taken = set(points)
+    taken, (left, low), (right, high) = set(points), _corner(piece, min), _corner(piece, max)
     predicted: Counter[tuple[int, int]] = Counter()
     for dx, dy in _shifts(points):
         for x, y in points:
             for place in ((x + dx, y + dy), (x - dx, y - dy)):
-                if place not in taken:
+                inside = left <= place[0] <= right and low <= place[1] <= high
+                if inside and place not in taken:
                     predicted[place] += 1
     return sorted(place for place, support in predicted.items() if support > 1)
 
 
 def _shifts(points: list[tuple[int, int]]) -> list[tuple[int, int]]:
-    """Shifts, up to sign, that map many holes onto holes."""
+    """Shifts, up to sign, that map two thirds of all holes onto holes or from holes."""
     number: Counter[tuple[int, int]] = Counter()
     for k, (x, y) in enumerate(points):
         for px, py in points[:k]:
             shift = (x - px, y - py)
             number[max(shift, (-shift[0], -shift[1]))] += 1
-    least = max(4, len(points) // 6)
-    return [shift for shift, support in number.items() if support >= least and shift != (0, 0)]
+    often = [s for s, pairs in number.items() if 3 * pairs >= len(points) and s != (0, 0)]
+    taken = set(points)
+    return [s for s in often if 3 * _mapped(taken, s) >= 2 * len(points)]
+
+
+def _mapped(taken: set[tuple[int, int]], shift: tuple[int, int]) -> int:
+    """Number of holes that a shift, or its reverse, maps onto a hole."""
+    dx, dy = shift
+    return sum((x + dx, y + dy) in taken or (x - dx, y - dy) in taken for x, y in taken)
+
+
+def _corner(piece: Workpiece, extreme: Callable[[list[int]], int]) -> tuple[int, int]:
+    return extreme(piece.x.tolist()), extreme(piece.y.tolist())
 
 
 def _together(piece: Workpiece, places: list[tuple[int, int]]) -> tuple[Candidate, ...]:
