@@ -70,7 +70,8 @@ def test_every_travel_model_and_kind_of_ends(variant, travel, ends, optimum, hol
         with pytest.raises(UsageError, match="no travel times"):
             Instance(workpiece(BOARDS["three"]), travel, ends)
         return
-    for points in BOARDS.values():
+    turn = (TRAVELS.index(travel) + list(ENDS.values()).index(ends)) % 2
+    for points in list(BOARDS.values())[turn::2]:  # every board, in half of the combinations
         instance = Instance(workpiece(points), travel, ends)
         holds(instance, variant, optimum(instance))
 
