@@ -11,6 +11,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from importlib import import_module
 from importlib.metadata import PackageNotFoundError, version
+from numbers import Integral, Real
 from types import FrameType, ModuleType
 from typing import Any
 
@@ -156,14 +157,30 @@ def _check_call(
 ) -> None:
     if seed < 0:
         raise UsageError(f"the seed must be 0 or more, not {seed}")
-    known = set(inspect.signature(module.run).parameters) - {"instance", "rng", "clock", "report"}
-    for option in options:
+    parameters = inspect.signature(module.run).parameters
+    known = parameters.keys() - {"instance", "rng", "clock", "report"}
+    for option, value in options.items():
         if option not in known:
             offered = ", ".join(sorted(known)) or "no options"
             raise UsageError(f"{name} has no option {option!r}; it takes {offered}")
+        kind = type(parameters[option].default)
+        if kind in _KINDS and not _fits(value, kind):
+            raise UsageError(f"{name}: {option} is {_KINDS[kind]}, not {value!r}")
     refusal = module.refusal(instance)
     if refusal:
         raise UsageError(f"{name} cannot solve {instance.name}: {refusal}")
+
+
+_KINDS = {bool: "true or false", int: "a whole number", float: "a number", str: "a word"}
+"""What an option takes, by the type of its default."""
+
+
+def _fits(value: Any, kind: type) -> bool:
+    """Whether a value may stand where the default is of ``kind``; a whole number is a number."""
+    if isinstance(value, bool):
+        return kind is bool
+    wide = {int: Integral, float: Real}
+    return isinstance(value, wide.get(kind, kind))
 
 
 class _Trace:

@@ -57,6 +57,16 @@ def test_json_has_exactly_the_documented_keys():
     assert {"python", "tcp", "numpy"} <= set(data["versions"])
 
 
+def test_a_formulation_asks_for_milp():
+    done = tcp("solve", "--formulation", "mtz", DATA / "five.csv")
+    assert done.exit_code == 0 and "milp" in done.stdout
+
+
+def test_auto_says_what_it_picked():
+    done = tcp("solve", DATA / "five.csv")
+    assert "held-karp (auto: " in " ".join(done.stdout.split())
+
+
 def test_costs_in_json_are_exact_decimals():
     data = solved("--solver", "held-karp", "--vx", "3", "--vy", "8", DATA / "five.csv")
     assert Fraction(data["cost"]) * 24 % 1 == 0 and data["cost"] == data["lower_bound"]
@@ -104,6 +114,11 @@ USAGE = {
     "start is end": ["--start", "1", "--end", "1"],
     "unknown solver": ["--solver", "magic"],
     "unknown option of a solver": ["--solver", "held-karp", "--set", "depth=3"],
+    "word for a number": ["--solver", "htga", "--set", "np=many"],
+    "half a generation": ["--solver", "htga", "--set", "gn=2.5"],
+    "number for a word": ["--solver", "milp", "--set", "backend=3"],
+    "unknown formulation": ["--formulation", "guess"],
+    "home not finite": ["--home", "nan,0"],
     "setting without value": ["--set", "depth"],
     "negative seed": ["--seed", "-1"],
     "negative time": ["--time-limit", "-1"],

@@ -168,3 +168,20 @@ def test_stops(stop, call, reason):
 def test_limits_are_not_negative(wrong):
     with pytest.raises(UsageError):
         Stop(**wrong)
+
+
+@pytest.mark.parametrize(
+    ("value", "words"),
+    [("many", "whole number"), (2.5, "whole number"), (True, "whole number"), (None, "whole")],
+)
+def test_an_options_type_is_that_of_its_default(fake, value, words):
+    def run(instance, *, rng, clock, report, rounds=3, rate=0.5, name="x", fast=False):
+        return Outcome((0, 1, 2), bound=5)
+
+    fake(run)
+    with pytest.raises(UsageError, match=words):
+        facade.solve(THREE, "fake", rounds=value)
+    for bad in ({"rate": "1"}, {"name": 1}, {"fast": 1}):
+        with pytest.raises(UsageError, match=f"fake: {min(bad)} is"):
+            facade.solve(THREE, "fake", **bad)
+    assert facade.solve(THREE, "fake", rounds=2, rate=1, name="y", fast=True).cost == 5

@@ -121,6 +121,7 @@ class Outputs:
 def command(
     problem: Problem,
     files: tuple[Path, ...],
+    solver: str,
     settings: tuple[str, ...],
     formulation: str | None,
     backend: str | None,
@@ -136,7 +137,9 @@ def command(
     """
     own = dict(setting(text) for text in settings)
     own |= {k: v for k, v in (("formulation", formulation), ("backend", backend)) if v is not None}
-    run = Run(settings=own, live=not as_json and on_terminal(), **how)
+    if solver == "auto" and (formulation or backend):
+        solver = "milp"  # whose options these are
+    run = Run(solver=solver, settings=own, live=not as_json and on_terminal(), **how)
     outputs = Outputs(as_json, out, plot, len(files) > 1)
     worst = Exit.OK
     for path in files:

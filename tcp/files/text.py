@@ -33,14 +33,7 @@ def read_lines(path: Path) -> list[str]:
     data = _bounded_bytes(path)
     if not data.strip():
         raise InputError("the file is empty; expected a list of holes", path)
-    for bom, encoding in _FOREIGN.items():
-        if data.startswith(bom):
-            raise InputError(f"the file is {encoding}; save it as UTF-8 text", path, 1)
     data = data.removeprefix(codecs.BOM_UTF8)
-    nul = data.find(b"\0")
-    if nul >= 0:
-        message = "found a NUL byte; expected UTF-8 text, not a binary or UTF-16 file"
-        raise InputError(message, path, _line_at(data, nul))
     try:
         text = data.decode("utf-8")
     except UnicodeDecodeError as error:
@@ -68,7 +61,17 @@ def _bounded_bytes(path: Path) -> bytes:
                     raise InputError(message, path, len(lines))
                 if total > MAX_BYTES:
                     raise InputError(f"the file is larger than {MAX_BYTES // 2**20} MiB", path)
+                if b"\0" in line:
+                    raise InputError(_foreign(lines[0]), path, len(lines))
     except OSError as error:
         reason = (error.strerror or "the file cannot be read").lower()
         raise InputError(f"{reason}; expected a readable file", path) from None
     return b"".join(lines)
+
+
+def _foreign(first: bytes) -> str:
+    """What a file with NUL bytes is, judged by its first line."""
+    for bom, encoding in _FOREIGN.items():
+        if first.startswith(bom):
+            return f"the file is {encoding}; save it as UTF-8 text"
+    return "found a NUL byte; expected UTF-8 text, not a binary or UTF-16 file"

@@ -23,7 +23,7 @@ def summary(result: Result) -> str:
         ("lower bound", "none" if bound is None else duration(bound, result.instance)),
         ("gap", percent(result.gap)),
         ("proof", proof(result)),
-        ("solver", f"{result.solver} (seed {result.seed}, {result.stopped})"),
+        ("solver", _solver(result)),
         ("seconds", f"{result.seconds:.2f}"),
     ]
     width = max(len(label) for label, _ in rows)
@@ -88,6 +88,13 @@ def proof(result: Result) -> str:
     if result.proof is Proof.NONE:
         return "none"
     return f"optimal, {result.proof}"
+
+
+def _solver(result: Result) -> str:
+    """Solver, how auto came to it, seed and stop reason."""
+    _, _, why = str(result.details.get("auto", "")).partition(": ")
+    parts = [f"auto: {why}"] if why else []
+    return f"{result.solver} ({'; '.join([*parts, f'seed {result.seed}', result.stopped])})"
 
 
 def _route(result: Result) -> str:
