@@ -32,9 +32,8 @@ from tcp.files.excellon.program import (
 )
 from tcp.files.excellon.routing import Routing
 from tcp.files.excellon.settings import Hints, Settings
-from tcp.files.excellon.state import ROUT, Words
+from tcp.files.excellon.state import NUMBER, ROUT, Words
 
-NUMBER = rb"[+-]?(?:\d+\.?\d*|\.\d+)"
 _HIT = re.compile(
     rb"[ \t]*(?:X[ \t]*(" + NUMBER + rb"))?[ \t]*(?:Y[ \t]*(" + NUMBER + rb"))?[ \t]*(?:;.*)?$"
 )

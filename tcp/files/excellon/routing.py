@@ -52,6 +52,9 @@ class Routing(Patterns):
             self.open_mark |= Mark.FIXED
             self.note("a rout without M15 is kept in its place")
             self._close_route(self.open[-1].line)
+        elif self.open and self.tool is not None:
+            self.open_mark |= Mark.FIXED
+            self._close_route(self.open[0].line)
         elif self.open:
             self._barrier()
         self.open = []
@@ -59,7 +62,8 @@ class Routing(Patterns):
     def _close_route(self, last: int) -> None:
         moves, mark = tuple(self.open), self.open_mark
         start, end = moves[0], moves[-1]
-        straight = len(moves) == 2 and end.code == 1 and not end.arc and not self.compensated
+        straight = len(moves) == 2 and end.code == 1 and not end.arc
+        straight = straight and not self.compensated and not self.incremental
         mark |= Mark.FREE if straight and not mark & Mark.FIXED else Mark.FIXED
         here, self.at = self.at, last
         row = self._row(Kind.ROUTE, (start.x, start.y, end.x, end.y), self.open_first, mark)

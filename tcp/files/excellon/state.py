@@ -26,6 +26,9 @@ from tcp.files.excellon.program import (
 )
 from tcp.files.excellon.settings import Settings
 
+NUMBER = rb"[+-]?(?:\d+\.?\d*|\.\d+)"
+"""Digits with an optional point and sign."""
+
 DRILL, ROUT = 0, 1
 
 Words = list[tuple[str, bytes]]
@@ -80,6 +83,8 @@ class State:
         line = self.at + 1
         value = self.settings.value
         if self.incremental:
+            if self.x is None and self.columns[0]:
+                self.refuse("an incremental step from a position that the file leaves open")
             self.x = (self.x or 0) + (value(x, line) if x else 0)
             self.y = (self.y or 0) + (value(y, line) if y else 0)
             return self.x, self.y
