@@ -1,0 +1,198 @@
+"""From solved stretches to one order of the whole board: each tool's path, and which way round."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
+
+import numpy as np
+
+from tcp.boards.chain import Candidate, Link, in_order
+from tcp.boards.effort import Answer
+from tcp.boards.stretch import Stretch
+from tcp.boards.trail import Costs, Trail, follow, measure
+from tcp.files.excellon import Program
+from tcp.files.excellon.document import Ints
+from tcp.files.excellon.program import Columns, Place, Repeat
+from tcp.files.excellon.rewrite import Turn
+from tcp.travel import CostRule
+
+PAIRS = 4_000_000
+"""Most pairs of places that are looked at to bound the link between two tools."""
+
+Orders = dict[int, Sequence[Turn]]
+
+
+@dataclass(frozen=True)
+class Solved:
+    """A stretch with the answer to it and the order that the answer stands for."""
+
+    stretch: Stretch
+    answer: Answer
+    turns: tuple[Turn, ...]
+
+
+@dataclass(frozen=True)
+class Choice:
+    """The orders of all stretches that change, and travel with every path at its shortest."""
+
+    orders: Orders
+    shortest: Costs
+
+
+def choose(
+    program: Program,
+    rule: CostRule,
+    solved: list[Solved],
+    start: Place | None,
+    park: Place | None,
+) -> Choice:
+    """The best way to work each selection in turn: the new path, that path reversed, or the old.
+
+    Ties go to the file's own order, then to the new path as the solver gave it.
+    """
+    parts = part_rows(program)
+    mine = {n: [s for s in solved if a <= s.stretch.first < b] for n, (a, b) in parts}
+    forth = whole_orders(program, [(s, list(s.turns)) for s in solved])
+    back = dict(forth)
+    for number, rows in parts:
+        if _reversible(mine[number], rows):
+            only = mine[number][0]
+            back[only.stretch.first] = only.stretch.backwards(list(only.turns))
+    versions: list[Orders] = [{}, forth, back]
+    candidates = _candidates(program, rule, versions)
+    chain = in_order([candidates[number] for number, _ in parts], linker(rule), start, park)
+    orders: Orders = {}
+    for at, k in chain.steps:
+        a, b = parts[at][1]
+        orders |= {first: turns for first, turns in versions[k].items() if a <= first < b}
+    return Choice(orders, measure(permuted(program, forth), rule))
+
+
+def part_rows(program: Program) -> list[tuple[int, tuple[int, int]]]:
+    """Selections that do any work, by position, with their rows."""
+    firsts = [s.first for s in program.selections]
+    bounds = [*firsts, len(program.rows)]
+    return [(i, (a, bounds[i + 1])) for i, a in enumerate(firsts) if bounds[i + 1] > a]
+
+
+def _reversible(mine: list[Solved], rows: tuple[int, int]) -> bool:
+    """Whether one stretch without fixed ends is all that a selection does."""
+    return len(mine) == 1 and (mine[0].stretch.first, mine[0].stretch.last) == rows
+
+
+def _candidates(
+    program: Program, rule: CostRule, versions: list[Orders]
+) -> dict[int, list[Candidate]]:
+    """For each selection its path in every version of the board."""
+    found: dict[int, list[Candidate]] = {}
+    for orders in versions:
+        version = permuted(program, orders)
+        costs, trail = measure(version, rule), follow(version)
+        for number, first, last in _spans(trail):
+            entry = int(trail.x[first]), int(trail.y[first])
+            leave = int(trail.x[last]), int(trail.y[last])
+            candidate = Candidate(costs.parts[number], entry, leave)
+            found.setdefault(number, []).append(candidate)
+    return found
+
+
+def _spans(trail: Trail) -> list[tuple[int, int, int]]:
+    """Selections with their first and last position on the trail."""
+    edges = np.flatnonzero(np.diff(trail.part)) + 1
+    firsts = [0, *edges.tolist()]
+    lasts = [*(edges - 1).tolist(), len(trail.part) - 1]
+    return [(int(trail.part[a]), a, b) for a, b in zip(firsts, lasts, strict=True)]
+
+
+def linker(rule: CostRule) -> Link:
+    """Cost of the move between two places; nothing where one of them is open."""
+
+    def link(p: Place | None, q: Place | None) -> int:
+        if p is None or q is None:
+            return 0
+        return int(rule.costs(np.array([p[0] - q[0]]), np.array([p[1] - q[1]]))[0])
+
+    return link
+
+
+def whole_orders(program: Program, pieces: list[tuple[Solved, list[Turn]]]) -> Orders:
+    """Orders of whole stretches, where some of their first units are locked."""
+    orders: Orders = {}
+    given = {s.stretch.first: turns for s, turns in pieces}
+    for a, b in program.stretches():
+        inside = next((first for first in given if a <= first < b), None)
+        if inside is not None:
+            orders[a] = [*(Turn(row) for row in range(a, inside)), *given[inside]]
+    return orders
+
+
+def permuted(program: Program, orders: Mapping[int, Sequence[Turn]]) -> Program:
+    """The program with stretches re-ordered, as a model: its text is still the old one."""
+    if not orders:
+        return program
+    rows = program.rows
+    source = np.arange(len(rows))
+    turned = np.zeros(len(rows), dtype=np.bool_)
+    for first, turns in orders.items():
+        source[first : first + len(turns)] = [t.row for t in turns]
+        turned[first : first + len(turns)] = [t.reverse for t in turns]
+
+    def pick(one: Ints, other: Ints) -> Ints:
+        return np.where(turned, other[source], one[source])
+
+    place = {int(row): at for at, row in enumerate(source.tolist())}
+    table = Columns(
+        rows.kind[source],
+        rows.tool[source],
+        pick(rows.x1, rows.x2),
+        pick(rows.y1, rows.y2),
+        pick(rows.x2, rows.x1),
+        pick(rows.y2, rows.y1),
+        rows.first[source],
+        rows.last[source],
+        rows.mark[source],
+        rows.stretch,
+    )
+    repeats = {
+        place[row]: _turned(found) if turned[place[row]] else found
+        for row, found in program.repeats.items()
+    }
+    routes = {
+        place[row]: moves[::-1] if turned[place[row]] else moves
+        for row, moves in program.routes.items()
+    }
+    return replace(program, rows=table, repeats=repeats, routes=routes)
+
+
+def _turned(repeats: tuple[Repeat, ...]) -> tuple[Repeat, ...]:
+    return tuple(Repeat(r.count, -r.dx, -r.dy, r.line) for r in reversed(repeats))
+
+
+def least_links(program: Program, rule: CostRule, start: Place | None, park: Place | None) -> int:
+    """What the moves between successive selections, and to and from the stops, take at least."""
+    trail = follow(program)
+    sets = [
+        (trail.x[trail.part == number], trail.y[trail.part == number])
+        for number, _ in part_rows(program)
+    ]
+    for point, at in ((start, 0), (park, len(sets) + 1)):
+        if point is not None:
+            sets.insert(at, (np.array([point[0]]), np.array([point[1]])))
+    return sum(nearest(rule, p, q) for p, q in pairwise(sets))
+
+
+def nearest(rule: CostRule, p: tuple[Ints, Ints], q: tuple[Ints, Ints]) -> int:
+    """A lower bound on the cost of a move from one set of places to another; exact if small."""
+    if len(p[0]) * len(q[0]) > PAIRS:
+        gaps = [
+            np.array([max(0, int(a.min() - b.max()), int(b.min() - a.max()))])
+            for a, b in zip(p, q, strict=True)
+        ]
+        return int(rule.costs(*gaps)[0])
+    return int(
+        rule.costs(
+            np.subtract.outer(p[0], q[0]).ravel(), np.subtract.outer(p[1], q[1]).ravel()
+        ).min()
+    )

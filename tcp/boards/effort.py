@@ -1,0 +1,125 @@
+"""How much work goes into one stretch: which solver, for how long, and what came of it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from enum import StrEnum
+from typing import Any
+
+from tcp.instance import Instance
+from tcp.result import Proof, Report, Result, Status, silent
+from tcp.solve import SMALL, SOLVERS, solve
+from tcp.stop import Stop, StopReason
+
+
+class Effort(StrEnum):
+    """What the user is willing to wait for."""
+
+    FAST = "fast"
+    NORMAL = "normal"
+    PROOF = "proof"
+
+
+LIMITS = {Effort.FAST: 1.0, Effort.NORMAL: 10.0, Effort.PROOF: 600.0}
+"""Seconds a tool, where no ``--time-limit`` is given."""
+
+PROVER = "branch-and-cut"
+SEEKER = "local-search"
+SHARE = 0.4
+"""Share of the time for the route alone where a proof in time is unlikely."""
+
+LARGE = 1_500
+"""Nodes from which on the route is sought first, and bounded afterwards."""
+
+
+@dataclass(frozen=True)
+class Answer:
+    """The best order found for a stretch, and what is known about it; costs in quanta."""
+
+    route: tuple[int, ...]
+    cost: int
+    bound: int | None
+    proof: Proof
+    seconds: float
+    solver: str
+    evidence: Any = None
+    interrupted: bool = False
+
+    @property
+    def optimal(self) -> bool:
+        """Whether nothing shorter exists."""
+        return self.bound is not None and self.bound >= self.cost
+
+
+def answer(
+    instance: Instance,
+    as_is: tuple[int, ...],
+    effort: Effort,
+    limit: float | None,
+    seed: int,
+    report: Report = silent,
+) -> Answer:
+    """The best route within the effort, never worse than the file's own order.
+
+    Parameters
+    ----------
+    instance : Instance
+        The stretch.
+    as_is : tuple of int
+        The file's own order.
+    effort : Effort
+        ``fast`` only seeks; ``normal`` and ``proof`` also bound and prove.
+    limit : float or None
+        Seconds; None takes the effort's own.
+    seed : int
+        Source of all randomness.
+    report : callable
+        Receives the solvers' news.
+    """
+    seconds = LIMITS[effort] if limit is None else limit
+    best = _as_it_stands(instance, as_is)
+    if best.optimal:
+        return best
+    if instance.form.size <= SMALL:
+        return _better(best, solve(instance, "auto", exact=True, seed=seed, report=report))
+    if effort is Effort.FAST or PROVER not in SOLVERS:
+        found = solve(instance, SEEKER, stop=Stop(seconds), seed=seed, report=report)
+        return _better(best, found)
+    spent = 0.0
+    if instance.form.size > LARGE:
+        found = solve(instance, SEEKER, stop=Stop(SHARE * seconds), seed=seed, report=report)
+        best, spent = _better(best, found), found.seconds
+    if not best.interrupted:
+        left = max(seconds - spent, 0.1)
+        best = _better(best, solve(instance, PROVER, stop=Stop(left), seed=seed, report=report))
+    return best
+
+
+def _as_it_stands(instance: Instance, route: tuple[int, ...]) -> Answer:
+    """The file's own order; one or two holes are optimal in any."""
+    cost = instance.cost(route)
+    bound = cost if len(route) <= 2 or cost == 0 else None
+    proof = Proof.TRUSTED if bound is not None else Proof.NONE
+    return Answer(route, cost, bound, proof, 0.0, "file order")
+
+
+def _better(best: Answer, found: Result) -> Answer:
+    """The shorter of two routes with the larger of two bounds."""
+    bounds = [b for b in (best.bound, found.bound) if b is not None]
+    bound = max(bounds) if bounds else None
+    seconds = best.seconds + found.seconds
+    stopped = found.stopped is StopReason.INTERRUPTED
+    proved = found.status is Status.OPTIMAL
+    shorter = found.route is not None and found.cost is not None and found.cost < best.cost
+    if shorter:
+        assert found.route is not None and found.cost is not None
+        best = replace(best, route=found.route, cost=found.cost, solver=found.solver)
+    closed = bound is not None and bound >= best.cost
+    return replace(
+        best,
+        bound=bound,
+        proof=Proof.TRUSTED if closed else Proof.NONE,
+        seconds=seconds,
+        evidence=found if proved else best.evidence,
+        interrupted=best.interrupted or stopped,
+    )

@@ -1,0 +1,124 @@
+"""Machine profiles: how a machine moves, and what a tool change and a hole cost it."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from fractions import Fraction
+from pathlib import Path
+from typing import Any
+
+from tcp.errors import InputError, TcpError
+from tcp.travel import Model, Rounding, Travel, parse_model
+from tcp.workpiece import exact_decimal
+
+KEYS = {"name", "note", "tool_change", "drill", "travel"}
+TRAVEL_KEYS = {"model", "vx", "vy", "ax", "ay", "axes", "quantum", "rounding"}
+
+
+@dataclass(frozen=True)
+class Machine:
+    """A drill machine.
+
+    Parameters
+    ----------
+    travel : Travel
+        How long a move takes; at the default unit speed, its length in mm.
+    tool_change, drill : Fraction
+        Seconds to change a tool, and to drill one hole.
+    name : str
+        Shown in reports.
+    timed : bool
+        Whether the speeds are a machine's, so that costs are seconds.
+    """
+
+    travel: Travel = field(default_factory=lambda: Travel(Model.SIMULTANEOUS))
+    tool_change: Fraction = Fraction(0)
+    drill: Fraction = Fraction(0)
+    name: str = ""
+    timed: bool = False
+
+    @property
+    def unit(self) -> str:
+        """Unit of costs: seconds, or millimetres at unit speed."""
+        return "s" if self.timed else "mm"
+
+    def work(self, holes: int, changes: int) -> Fraction:
+        """Seconds for everything that is no travel."""
+        return self.drill * holes + self.tool_change * changes
+
+
+def read_machine(path: str | Path) -> Machine:
+    """Read a machine profile (TOML).
+
+    Parameters
+    ----------
+    path : path
+        A file with ``name``, ``tool_change`` and ``drill`` in seconds and a table
+        ``[travel]`` with ``model``, ``vx``, ``vy`` in mm/s, ``ax``, ``ay`` in mm/s^2.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be read, is no TOML, or has unknown keys or values.
+    """
+    path = Path(path)
+    try:
+        with path.open("rb") as file:
+            data = tomllib.load(file, parse_float=exact_decimal)
+    except OSError as error:
+        raise InputError(
+            f"cannot be read: {(error.strerror or str(error)).lower()}", path
+        ) from None
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise InputError(f"is no TOML file: {error}", path) from None
+    _known(data, KEYS, "the profile", path)
+    table = data.get("travel", {})
+    if not isinstance(table, Mapping):
+        raise InputError("[travel] must be a table", path)
+    _known(table, TRAVEL_KEYS, "[travel]", path)
+    return Machine(
+        travel=_travel(table, path),
+        tool_change=_number(data, "tool_change", path, zero=True) or Fraction(0),
+        drill=_number(data, "drill", path, zero=True) or Fraction(0),
+        name=str(data.get("name", path.stem)),
+        timed="vx" in table,
+    )
+
+
+def _known(data: Mapping[str, Any], keys: set[str], where: str, path: Path) -> None:
+    for key in data:
+        if key not in keys:
+            known = ", ".join(sorted(keys))
+            raise InputError(f"{where} has the unknown key {key!r}; expected {known}", path)
+
+
+def _number(data: Mapping[str, Any], key: str, path: Path, zero: bool = False) -> Fraction | None:
+    if key not in data:
+        return None
+    try:
+        value = Fraction(exact_decimal(data[key]))
+    except (TcpError, TypeError, ValueError):
+        raise InputError(f"{key} = {data[key]!r} is not a number", path) from None
+    if value < 0 or (value == 0 and not zero):
+        raise InputError(f"{key} must be greater than 0, not {value}", path)
+    return value
+
+
+def _travel(table: Mapping[str, Any], path: Path) -> Travel:
+    try:
+        given: dict[str, Any] = {
+            key: _number(table, key, path)
+            for key in ("vx", "vy", "ax", "ay", "quantum")
+            if key in table
+        }
+        if "axes" in table:
+            given["axes"] = parse_model(str(table["axes"]))
+        if "rounding" in table:
+            given["rounding"] = Rounding(str(table["rounding"]))
+        return Travel(parse_model(str(table.get("model", "simultaneous"))), **given)
+    except InputError:
+        raise
+    except (TcpError, ValueError) as error:
+        raise InputError(f"[travel]: {error}", path) from None

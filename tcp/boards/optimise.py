@@ -1,0 +1,313 @@
+"""A drill file in, the same holes in a shorter order out: solved a tool at a time, chained.
+
+The result is never worse than the input, tool by tool and as a whole: the
+file's own order is a candidate everywhere.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from fractions import Fraction
+
+from tcp.boards.choose import Solved, choose, least_links, part_rows
+from tcp.boards.effort import Effort, answer
+from tcp.boards.machine import Machine
+from tcp.boards.stretch import anchored, free_runs
+from tcp.boards.trail import Costs, Point, measure, on_grid, rule_for
+from tcp.errors import UsageError
+from tcp.files.excellon import Program, parse
+from tcp.files.excellon.guard import LostError, compare
+from tcp.files.excellon.program import Place
+from tcp.files.excellon.rewrite import reorder
+from tcp.files.excellon.settings import Hints
+from tcp.instance import Instance
+from tcp.result import Progress, Proof
+from tcp.travel import CostRule
+
+News = Callable[[str, Instance, Progress], None]
+"""Hears how the tools come along: tool, instance, progress.  Observes only."""
+
+
+@dataclass(frozen=True)
+class Wishes:
+    """What to do with a board.
+
+    Parameters
+    ----------
+    machine : Machine
+        How it moves.
+    effort : Effort
+        How hard to try.
+    time_limit : float, optional
+        Seconds a tool; default: the effort's own.
+    seed : int
+        Source of all randomness.
+    start, park : (x, y), optional
+        Where the machine stands before, and goes to after the job, in mm.
+    keep_first : int
+        The first so many holes stay where they are (alignment holes).
+    keep : frozenset of int
+        Tools whose order stays.
+    """
+
+    machine: Machine = field(default_factory=Machine)
+    effort: Effort = Effort.NORMAL
+    time_limit: float | None = None
+    seed: int = 0
+    start: Point | None = None
+    park: Point | None = None
+    keep_first: int = 0
+    keep: frozenset[int] = frozenset()
+
+
+@dataclass(frozen=True)
+class Part:
+    """A tool selection, before and after; costs in quanta.
+
+    Parameters
+    ----------
+    number : int
+        Its position among the file's selections.
+    tool : int
+        The tool.
+    holes : int
+        Holes, slots and paths.
+    before, after : int
+        Travel inside the selection.
+    bound : int or None
+        What it takes at least; None where nothing is known.
+    proof : Proof
+        How ``after`` equals ``bound``, if it does.
+    solved : tuple of Solved
+        What was solved; empty where the order is locked or leaves no choice.
+    locked : bool
+        Whether the user locked it.
+    """
+
+    number: int
+    tool: int
+    holes: int
+    before: int
+    after: int
+    bound: int | None
+    proof: Proof = Proof.NONE
+    solved: tuple[Solved, ...] = ()
+    locked: bool = False
+
+    @property
+    def seconds(self) -> float:
+        """Time spent on it."""
+        return sum(s.answer.seconds for s in self.solved)
+
+    @property
+    def optimal(self) -> bool:
+        """Whether its order is shortest."""
+        return self.bound is not None and self.bound >= self.after
+
+
+@dataclass(frozen=True, eq=False)
+class Board:
+    """A board before and after.
+
+    Parameters
+    ----------
+    before, after : Program
+        As read, and as read back from ``data``.
+    data : bytes
+        The new file; the old one where nothing better was found.
+    parts : tuple of Part
+        The tool selections in the old file's order.
+    costs_before, costs_after : Costs
+        Travel of both.
+    bound : int
+        Travel that any order of the file needs, tool order kept.
+    rule : CostRule
+        Costs of moves; its quantum is what one unit of all costs here is worth.
+    wishes : Wishes
+        What was asked for.
+    notes : tuple of str
+        What the reader and the optimiser have to say.
+    interrupted : bool
+        Whether Ctrl-C cut the work short.
+    """
+
+    before: Program
+    after: Program
+    data: bytes = field(repr=False)
+    parts: tuple[Part, ...]
+    costs_before: Costs
+    costs_after: Costs
+    bound: int
+    rule: CostRule
+    wishes: Wishes
+    notes: tuple[str, ...] = ()
+    interrupted: bool = False
+
+    @property
+    def changed(self) -> bool:
+        """Whether the new file differs."""
+        return self.data != self.before.document.data
+
+    @property
+    def proved(self) -> bool:
+        """Whether every tool's order is shortest."""
+        return all(part.optimal for part in self.parts)
+
+    def worth(self, cost: int) -> Fraction:
+        """Seconds (mm at unit speed) of a cost."""
+        return cost * self.rule.quantum
+
+
+def optimise(
+    program: Program,
+    wishes: Wishes | None = None,
+    hints: Hints | None = None,
+    news: News | None = None,
+) -> Board:
+    """Put a board's holes into a shorter order.
+
+    Parameters
+    ----------
+    program : Program
+        The board as read.
+    wishes : Wishes, optional
+        What to keep and how hard to try.
+    hints : Hints, optional
+        Those the program was read with, to read the new file back.
+    news : callable, optional
+        Receives the tool's name, the instance and the solvers' progress.
+
+    Returns
+    -------
+    Board
+        With the new file's bytes, read back and compared hole by hole.
+
+    Raises
+    ------
+    UsageError
+        If the wishes do not fit the board.
+    LostError
+        If the new file would do other work than the old one.
+    """
+    wishes = wishes or Wishes()
+    rule = rule_for(program, wishes.machine.travel, (wishes.start, wishes.park))
+    costs = measure(program, rule, wishes.start, wishes.park)
+    solved, interrupted = _solve_all(program, wishes, news)
+    choice = choose(program, rule, solved, *stops(program, wishes))
+    orders = choice.orders
+    data = reorder(program, orders) if orders else program.document.data
+    after = parse(data, program.path, hints) if orders else program
+    compare(program, after)
+    costs_after = measure(after, rule, wishes.start, wishes.park)
+    if costs_after.total > costs.total:
+        raise LostError(f"{program.path}: the new order is longer than the old one")
+    parts = _parts(program, wishes, costs, costs_after, choice.shortest, solved)
+    links = least_links(program, rule, *stops(program, wishes))
+    return Board(
+        before=program,
+        after=after,
+        data=data,
+        parts=parts,
+        costs_before=costs,
+        costs_after=costs_after,
+        bound=sum(part.bound or 0 for part in parts) + links,
+        rule=rule,
+        wishes=wishes,
+        notes=program.notes,
+        interrupted=interrupted,
+    )
+
+
+def _solve_all(program: Program, wishes: Wishes, news: News | None) -> tuple[list[Solved], bool]:
+    """Solve every stretch, in file order; stop early on Ctrl-C."""
+    locked = locked_parts(program, wishes)
+    runs = free_runs(program, locked, wishes.keep_first)
+    ends: dict[int, Place] = {}
+    solved: list[Solved] = []
+    for run in runs:
+        stretch = anchored(program, run, runs, ends)
+        instance = stretch.instance(wishes.machine.travel)
+        as_is = stretch.order(stretch.as_is())
+        name = f"T{program.rows.tool[run[0]]}"
+
+        def report(progress: Progress, name: str = name, instance: Instance = instance) -> None:
+            if news is not None:
+                news(name, instance, progress)
+
+        found = answer(instance, as_is, wishes.effort, wishes.time_limit, wishes.seed, report)
+        turns = stretch.as_is() if found.route == as_is else stretch.turns(found.route)
+        ends[run[1] - 1] = stretch.ends(turns)[1]
+        solved.append(Solved(stretch, found, tuple(turns)))
+        if found.interrupted:
+            return solved, True
+    return solved, False
+
+
+def locked_parts(program: Program, wishes: Wishes) -> frozenset[int]:
+    """Selections whose order stays.
+
+    Raises
+    ------
+    UsageError
+        If the file has no such tool.
+    """
+    unknown = wishes.keep - set(program.used)
+    if unknown:
+        names = ", ".join(f"T{t}" for t in program.used)
+        raise UsageError(f"{program.path} has no tool T{min(unknown)} to keep; it uses {names}")
+    return frozenset(i for i, s in enumerate(program.selections) if s.tool in wishes.keep)
+
+
+def stops(program: Program, wishes: Wishes) -> tuple[Place | None, Place | None]:
+    """Start and park position on the file's grid."""
+    start = None if wishes.start is None else on_grid(program, wishes.start)
+    return start, None if wishes.park is None else on_grid(program, wishes.park)
+
+
+def _parts(
+    program: Program,
+    wishes: Wishes,
+    before: Costs,
+    after: Costs,
+    shortest: Costs,
+    solved: list[Solved],
+) -> tuple[Part, ...]:
+    """What became of each selection that does any work."""
+    locked, times = locked_parts(program, wishes), program.times()
+    found = []
+    for number, (a, b) in part_rows(program):
+        mine = tuple(s for s in solved if a <= s.stretch.first < b)
+        bound = _bound(program, (a, b), mine, shortest.parts[number])
+        closed = bound is not None and bound >= after.parts[number]
+        found.append(
+            Part(
+                number=number,
+                tool=program.selections[number].tool,
+                holes=int(times[a:b].sum()),
+                before=before.parts[number],
+                after=after.parts[number],
+                bound=bound,
+                proof=Proof.TRUSTED if closed else Proof.NONE,
+                solved=mine,
+                locked=number in locked,
+            )
+        )
+    return tuple(found)
+
+
+def _bound(
+    program: Program, rows: tuple[int, int], mine: tuple[Solved, ...], shortest: int
+) -> int | None:
+    """What a selection's path takes at least, given what stays in place.
+
+    With all stretches in their new order the path takes ``shortest``, and each
+    stretch could be shorter by no more than its gap.  A pattern that is
+    repeated, and a stretch next to another one, have no bound of their own.
+    """
+    if any(p.first < rows[1] and rows[0] < p.last for p in program.patterns):
+        return None
+    if any(s.stretch.chained or s.answer.bound is None for s in mine):
+        return None
+    slack = sum(s.answer.cost - (s.answer.bound or 0) for s in mine)
+    return max(0, shortest - slack)

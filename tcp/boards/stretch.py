@@ -1,0 +1,177 @@
+"""A stretch of free order as an instance, and an instance's route as a new order.
+
+A hole is one node.  A slot, a straight routed path and a hole with repeats are
+two nodes that must follow each other (``Rules.together``): the solver may
+enter at either end.  Units that stay where they are before and after the
+stretch, under the same tool, become its fixed ends.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from tcp.files.excellon import Mark, Program
+from tcp.files.excellon.document import Ints
+from tcp.files.excellon.program import Place
+from tcp.files.excellon.rewrite import Turn
+from tcp.instance import Ends, Instance, Rules
+from tcp.travel import Travel
+from tcp.workpiece import Workpiece
+
+
+@dataclass(frozen=True, eq=False)
+class Stretch:
+    """Units ``first .. last - 1`` whose order is free.
+
+    Parameters
+    ----------
+    program : Program
+        The file.
+    first, last : int
+        The units.
+    before, after : (x, y) or None
+        Where the machine comes from and goes to under the same tool, in the
+        file's integers; None where the stretch begins or ends the tool's path.
+    chained : bool
+        Whether that place is itself the end of another re-ordered stretch, so
+        that a bound holds for this stretch alone and not for the file.
+    """
+
+    program: Program
+    first: int
+    last: int
+    before: Place | None = None
+    after: Place | None = None
+    chained: bool = False
+
+    def __len__(self) -> int:
+        return self.last - self.first
+
+    def nodes(self) -> tuple[Ints, Ints, Ints, tuple[tuple[int, int], ...]]:
+        """Coordinates and unit of every node, and the pairs that belong together."""
+        rows, part = self.program.rows, slice(self.first, self.last)
+        two = (rows.x1[part] != rows.x2[part]) | (rows.y1[part] != rows.y2[part])
+        count = np.where(two, 2, 1)
+        begin = np.concatenate(([0], np.cumsum(count)))
+        unit = np.repeat(np.arange(self.first, self.last), count)
+        x, y = rows.x1[unit].copy(), rows.y1[unit].copy()
+        second = begin[1:][two] - 1
+        x[second], y[second] = rows.x2[part][two], rows.y2[part][two]
+        pairs = tuple((int(b) - 1, int(b)) for b in second)
+        return x, y, unit, pairs
+
+    def instance(self, travel: Travel) -> Instance:
+        """The stretch as a problem: an open path over its nodes."""
+        x, y, _, pairs = self.nodes()
+        rows, start, end = self.program.rows, None, None
+        if self.before is not None:
+            start = len(x)
+            x, y = np.append(x, self.before[0]), np.append(y, self.before[1])
+        if self.after is not None:
+            end = len(x)
+            x, y = np.append(x, self.after[0]), np.append(y, self.after[1])
+        tool = int(rows.tool[self.first])
+        name = f"{self.program.path.stem}-T{tool}"
+        piece = Workpiece(name, tuple(str(i + 1) for i in range(len(x))), x, y, self.program.step)
+        return Instance(piece, travel, Ends(start, end), Rules(together=pairs))
+
+    def turns(self, route: tuple[int, ...]) -> list[Turn]:
+        """The new order that a route of :meth:`instance` stands for."""
+        unit = self.nodes()[2]
+        found: list[Turn] = []
+        for node in route:
+            if node >= len(unit):
+                continue
+            row = int(unit[node])
+            if found and found[-1].row == row:
+                continue
+            first_node = node == 0 or unit[node - 1] != row
+            found.append(Turn(row, not first_node))
+        return found
+
+    def order(self, turns: list[Turn]) -> tuple[int, ...]:
+        """The route of :meth:`instance` that an order stands for."""
+        unit = self.nodes()[2]
+        _, begin, count = np.unique(unit, return_index=True, return_counts=True)
+        route: list[int] = [] if self.before is None else [len(unit)]
+        for turn in turns:
+            at = int(begin[turn.row - self.first])
+            nodes = list(range(at, at + int(count[turn.row - self.first])))
+            route += nodes[::-1] if turn.reverse else nodes
+        if self.after is not None:
+            route.append(len(unit) + (self.before is not None))
+        return tuple(route)
+
+    def as_is(self) -> list[Turn]:
+        """The file's own order."""
+        return [Turn(row) for row in range(self.first, self.last)]
+
+    def backwards(self, turns: list[Turn]) -> list[Turn]:
+        """The same path from its other end."""
+        rows = self.program.rows
+        directed = (rows.mark[self.first : self.last] & Mark.FREE) != 0
+        return [
+            Turn(t.row, not t.reverse if directed[t.row - self.first] else False)
+            for t in reversed(turns)
+        ]
+
+    def ends(self, turns: list[Turn]) -> tuple[Place, Place]:
+        """Where an order begins and where it ends."""
+        rows = self.program.rows
+
+        def place(turn: Turn, second: bool) -> Place:
+            x, y = (rows.x2, rows.y2) if second != turn.reverse else (rows.x1, rows.y1)
+            return int(x[turn.row]), int(y[turn.row])
+
+        return place(turns[0], False), place(turns[-1], True)
+
+
+def free_runs(program: Program, locked: frozenset[int], first: int) -> list[tuple[int, int]]:
+    """Row ranges that may be re-ordered.
+
+    Parameters
+    ----------
+    program : Program
+        The file.
+    locked : frozenset of int
+        Positions of the selections that stay as they are.
+    first : int
+        The first so many units stay where they are.
+    """
+    found = []
+    for a, b in program.stretches():
+        begin = max(a, first)
+        if begin >= b or program.selection_of(a) in locked:
+            continue
+        if not program.rows.mark[a] & Mark.FIXED:
+            found.append((begin, b))
+    return found
+
+
+def anchored(
+    program: Program, run: tuple[int, int], runs: list[tuple[int, int]], ends: dict[int, Place]
+) -> Stretch:
+    """The stretch of a run, tied to what stands next to it under the same tool.
+
+    ``ends`` maps the last row of each run before this one to the place where
+    its new order ends.
+    """
+    rows, (a, b) = program.rows, run
+    before = after = None
+    if a and _same_path(program, a - 1, a):
+        before = ends.get(a - 1, (int(rows.x2[a - 1]), int(rows.y2[a - 1])))
+    movable = b in {begin for begin, _ in runs}
+    if b < len(rows) and _same_path(program, b - 1, b) and not movable:
+        after = int(rows.x1[b]), int(rows.y1[b])
+    chained = (a - 1) in ends and before is not None
+    chained = chained or (movable and _same_path(program, b - 1, b))
+    return Stretch(program, a, b, before, after, chained)
+
+
+def _same_path(program: Program, row: int, other: int) -> bool:
+    """Whether two neighbouring units belong to one tool selection and one pattern."""
+    if program.selection_of(row) != program.selection_of(other):
+        return False
+    return all((p.first <= row < p.last) == (p.first <= other < p.last) for p in program.patterns)
