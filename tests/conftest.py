@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import tomllib
 from pathlib import Path
 
 import pytest
@@ -16,3 +17,10 @@ def corpus() -> Path:
     if not folder.is_dir():
         pytest.skip(f"the corpus of real files is not here ({folder}); set TCP_CORPUS")
     return folder
+
+
+@pytest.fixture(scope="session")
+def unstated() -> dict[str, dict[str, str]]:
+    """Options that the corpus' boards need, by file name, where they do not state everything."""
+    text = (Path(__file__).parent / "files" / "board_hints.toml").read_text()
+    return tomllib.loads(text)

@@ -50,7 +50,7 @@ def test_every_command_is_documented(name):
     assert any(section.startswith(f"tcp {name}\n") for section in sections)
 
 
-@pytest.mark.parametrize("name", ["solve", "info"])
+@pytest.mark.parametrize("name", ["solve", "info", "optimize"])
 def test_every_option_is_documented(name):
     command = main.get_command(click.Context(main), name)
     text = document("docs/cli.md")

@@ -20,6 +20,7 @@ from tcp.files.excellon import (
     Zeros,
     choose_tool,
     expanded,
+    hints,
     oddities,
     parse,
     parse_digits,
@@ -28,16 +29,6 @@ from tcp.files.excellon import (
 )
 from tcp.files.excellon.dialects import read_sidecar, report_counts
 from tcp.files.excellon.document import cut
-
-UNSTATED = {
-    "allegro-BeagleBoneAI-2019.drl": Hints(Units.INCH, Digits(5, 5)),
-    "allegro-BeagleVAhead-L1-10.drl": Hints(digits=Digits(2, 5)),
-    "allegro-BeagleVAhead-L1-5.drl": Hints(digits=Digits(2, 5)),
-    "allegro-parallella-MetaModule.drl": Hints(digits=Digits(2, 5)),
-    "eagle-axiom-beta-main.xln": Hints(zeros=Zeros.TZ),
-    "pads-Drill.drl": Hints(Units.INCH, zeros=Zeros.LZ),
-}
-"""Boards whose files leave something open, and what closes it."""
 
 REFUSED = {
     "altium-AFCv2-EIA.drl": "EIA",
@@ -52,11 +43,13 @@ def index(corpus: Path) -> list[dict[str, str]]:
         return list(csv.DictReader(file, delimiter="\t"))
 
 
-def test_counts_equal_the_index_on_every_board(corpus):
+def test_counts_equal_the_index_on_every_board(corpus, unstated):
     rows = [r for r in index(corpus) if r["file"] not in REFUSED]
     assert len(rows) >= 48
     for row in rows:
-        program = read_program(corpus / "boards" / row["file"], UNSTATED.get(row["file"]))
+        program = read_program(
+            corpus / "boards" / row["file"], hints(**unstated.get(row["file"], {}))
+        )
         found = (program.hits, program.slots, program.routed)
         listed = tuple(int(row[c]) for c in ("hits", "slots_G85", "routed_M15"))
         assert found == listed, row["file"]
@@ -77,10 +70,11 @@ def test_what_is_no_drill_file_is_refused_by_name(corpus, name):
         read_program(corpus / "boards" / name)
 
 
-@pytest.mark.parametrize("name", UNSTATED)
-def test_what_a_file_does_not_state_is_not_guessed(corpus, name):
-    with pytest.raises(InputError, match=r":\d+: .*--(units|format|zeros)"):
-        read_program(corpus / "boards" / name)
+def test_what_a_file_does_not_state_is_not_guessed(corpus, unstated):
+    assert len(unstated) == 6
+    for name in unstated:
+        with pytest.raises(InputError, match=r":\d+: .*--(units|format|zeros)"):
+            read_program(corpus / "boards" / name)
 
 
 def test_tool_travel_of_the_altium_report(corpus):

@@ -73,6 +73,8 @@ def read_machine(path: str | Path) -> Machine:
         ) from None
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         raise InputError(f"is no TOML file: {error}", path) from None
+    except TcpError as error:
+        raise InputError(str(error), path) from None
     _known(data, KEYS, "the profile", path)
     table = data.get("travel", {})
     if not isinstance(table, Mapping):

@@ -105,6 +105,17 @@ class Part:
         """Whether its order is shortest."""
         return self.bound is not None and self.bound >= self.after
 
+    @property
+    def proved(self) -> bool:
+        """Whether the shortest order is known.
+
+        It may differ from the one chosen: where the way to the next tool
+        weighs more, the file's own order is kept.
+        """
+        if self.locked or not self.solved:
+            return True
+        return self.bound is not None and all(s.answer.optimal for s in self.solved)
+
 
 @dataclass(frozen=True, eq=False)
 class Board:
@@ -143,16 +154,22 @@ class Board:
     wishes: Wishes
     notes: tuple[str, ...] = ()
     interrupted: bool = False
+    text_guard: str = "same"
+
+    @property
+    def original(self) -> bytes:
+        """The input's bytes."""
+        return self.before.document.data
 
     @property
     def changed(self) -> bool:
         """Whether the new file differs."""
-        return self.data != self.before.document.data
+        return self.data != self.original
 
     @property
     def proved(self) -> bool:
-        """Whether every tool's order is shortest."""
-        return all(part.optimal for part in self.parts)
+        """Whether every tool's shortest order is known."""
+        return all(part.proved for part in self.parts)
 
     def worth(self, cost: int) -> Fraction:
         """Seconds (mm at unit speed) of a cost."""
@@ -279,7 +296,7 @@ def _parts(
     for number, (a, b) in part_rows(program):
         mine = tuple(s for s in solved if a <= s.stretch.first < b)
         bound = _bound(program, (a, b), mine, shortest.parts[number])
-        closed = bound is not None and bound >= after.parts[number]
+        closed = bound is not None and all(s.answer.optimal for s in mine)
         found.append(
             Part(
                 number=number,

@@ -35,7 +35,7 @@ def command(problem: Problem, certificate: Path, workpiece: Path | None, as_json
     With WORKPIECE, it must be about exactly these holes; with options, about
     exactly this travel model, these ends and rules.
     """
-    asked = replace(problem, units=None) != Problem()
+    asked = replace(problem, units=None, tool=None, format=None, zeros=None) != Problem()
     if asked and workpiece is None:
         raise click.UsageError("options say what WORKPIECE means; give the file too")
     holes, sha256 = None, None

@@ -22,6 +22,7 @@ from tcp.errors import Exit, TcpError
 
 COMMANDS: dict[str, str] = {
     "solve": "Find the shortest drilling order of workpieces, and prove it.",
+    "optimize": "Put the holes of drill files into a shorter order.",
     "info": "Describe a workpiece.",
     "check": "Check a certificate, trusting nothing that wrote it.",
     "experiment": "Repeat solver runs and set them beside a paper's table.",

@@ -4,14 +4,18 @@ from __future__ import annotations
 
 import os
 import tempfile
+from collections.abc import Callable
 from pathlib import Path
 
 from tcp.errors import OutputError
 
 
-def write_file(path: str | Path, content: str | bytes) -> None:
+def write_file(
+    path: str | Path, content: str | bytes, check: Callable[[bytes], None] | None = None
+) -> None:
     """Write to a temporary file beside ``path``, read it back, and rename it into place.
 
+    ``check`` sees what was read back and may raise: then nothing is renamed.
     Devices and pipes such as ``/dev/stdout`` are written directly.
 
     Raises
@@ -25,13 +29,13 @@ def write_file(path: str | Path, content: str | bytes) -> None:
         if path.exists() and not path.is_file():
             path.write_bytes(data)
         else:
-            _replace(path.resolve(), data)
+            _replace(path.resolve(), data, check)
     except OSError as error:
         reason = (error.strerror or str(error)).lower()
         raise OutputError(f"cannot write {path}: {reason}") from None
 
 
-def _replace(path: Path, data: bytes) -> None:
+def _replace(path: Path, data: bytes, check: Callable[[bytes], None] | None) -> None:
     handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name[:100]}.")
     temporary = Path(name)
     try:
@@ -39,8 +43,11 @@ def _replace(path: Path, data: bytes) -> None:
             file.write(data)
             file.flush()
             os.fsync(file.fileno())
-        if temporary.read_bytes() != data:
+        written = temporary.read_bytes()
+        if written != data:
             raise OutputError(f"cannot write {path}: what was read back differs")
+        if check is not None:
+            check(written)
         temporary.chmod(_mode(path))
         temporary.replace(path)
     finally:

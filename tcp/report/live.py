@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator
-from contextlib import contextmanager
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager
 
 from rich.console import Console
 from rich.live import Live
@@ -59,3 +59,22 @@ def live_line(instance: Instance) -> Iterator[Report]:
     line = LiveLine(instance)
     with Live(line, console=Console(stderr=True), refresh_per_second=8, transient=True):
         yield line
+
+
+@contextmanager
+def live_board() -> Iterator[Callable[[str, Instance, Progress], None]]:
+    """As :func:`live_line`, for a board whose tools are solved one after the other."""
+    with ExitStack() as stack:
+        current: dict[int, LiveLine] = {}
+        live = stack.enter_context(
+            Live(console=Console(stderr=True), refresh_per_second=8, transient=True)
+        )
+
+        def news(_: str, instance: Instance, progress: Progress) -> None:
+            if id(instance) not in current:
+                current.clear()
+                current[id(instance)] = LiveLine(instance)
+                live.update(current[id(instance)])
+            current[id(instance)](progress)
+
+        yield news

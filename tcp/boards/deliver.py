@@ -1,0 +1,170 @@
+"""Where a board's new file goes, and how it gets there without ever losing the old one."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from tcp.boards.optimise import Board
+from tcp.errors import InputError, OutputError, UsageError
+from tcp.files.excellon import parse
+from tcp.files.excellon.dialects import HEAD, looks_excellon
+from tcp.files.excellon.guard import compare
+from tcp.files.excellon.settings import Hints
+from tcp.files.write import write_file
+
+SUFFIXES = {".drl", ".drd", ".xln", ".exc", ".xnc", ".ncd", ".drill"}
+"""What a folder's drill files are called; ``.txt`` ones are looked into."""
+
+MARK = "-optimized"
+
+
+@dataclass(frozen=True)
+class Target:
+    """Where to write.
+
+    Parameters
+    ----------
+    out : path, optional
+        A file, or a directory; default: beside the input, named ``-optimized``.
+    in_place : bool
+        Replace the input and keep it as ``.bak``.
+    force : bool
+        Overwrite an existing file.
+    """
+
+    out: Path | None = None
+    in_place: bool = False
+    force: bool = False
+
+    def path(self, source: Path, many: bool) -> Path:
+        """The file to write for one input.
+
+        Raises
+        ------
+        UsageError
+            If the wishes contradict each other.
+        """
+        if self.in_place:
+            if self.out is not None:
+                raise UsageError("--in-place replaces the input; drop --out")
+            return source
+        if self.out is None:
+            return source.with_name(f"{source.stem}{MARK}{source.suffix}")
+        if self.out.is_dir():
+            return self.out / source.name
+        if many:
+            raise UsageError(f"{self.out} cannot hold several boards; give a directory")
+        return self.out
+
+
+def write_board(board: Board, target: Target, many: bool, hints: Hints | None) -> Path:
+    """Write the new file, read it back, compare it hole by hole, and rename it into place.
+
+    Returns
+    -------
+    Path
+        The file written.
+
+    Raises
+    ------
+    OutputError
+        If it cannot be written or stands already.
+    LostError
+        If what was read back does other work than the input.
+    """
+    source = board.before.path
+    path = target.path(source, many)
+
+    def check(written: bytes) -> None:
+        compare(board.before, parse(written, source, hints), text=board.text_guard)
+
+    if not target.in_place and path.exists() and path.is_file():
+        if path.samefile(source):
+            raise OutputError(f"{path} is the input itself; say --in-place to replace it")
+        if not target.force and path.read_bytes() != board.data:
+            raise OutputError(f"{path} exists already; say --force to overwrite it")
+    if target.in_place:
+        if not board.changed:
+            return path
+        _back_up(source, board.original)
+    write_file(path, board.data, check)
+    return path
+
+
+def _back_up(source: Path, data: bytes) -> None:
+    """Keep the input as ``NAME.bak``, which must not stand for anything else."""
+    backup = source.with_name(source.name + ".bak")
+    if backup.exists() and backup.read_bytes() != data:
+        raise OutputError(f"{backup} holds another backup; move it away first")
+    write_file(backup, data)
+
+
+def collect(given: Sequence[Path]) -> list[Path]:
+    """The boards that arguments mean: files, folders (their drill files) and patterns.
+
+    Raises
+    ------
+    InputError
+        If a folder or pattern holds no drill file.
+    """
+    found: list[Path] = []
+    for path in given:
+        if path.is_dir():
+            found += _inside(path)
+        elif not path.exists() and any(c in path.name for c in "*?["):
+            matches = sorted(path.parent.glob(path.name))
+            if not matches:
+                raise InputError("matches no file", path)
+            found += matches
+        else:
+            found.append(path)
+    return list(dict.fromkeys(found))
+
+
+def _inside(folder: Path) -> Iterable[Path]:
+    try:
+        files = sorted(p for p in folder.iterdir() if p.is_file())
+    except OSError as error:
+        raise InputError(f"cannot be listed: {(error.strerror or '').lower()}", folder) from None
+    boards = [p for p in files if MARK not in p.stem and _is_board(p)]
+    if not boards:
+        raise InputError("holds no drill file", folder)
+    return boards
+
+
+def _is_board(path: Path) -> bool:
+    suffix = path.suffix.lower()
+    if suffix != ".txt":
+        return suffix in SUFFIXES
+    try:
+        with path.open("rb") as file:
+            return looks_excellon(file.read(HEAD))
+    except OSError:
+        return False
+
+
+def manifest(written: Sequence[tuple[Board, Path | None]]) -> bytes:
+    """Hashes of what went in and what came out, as JSON."""
+    rows: list[dict[str, Any]] = []
+    for board, path in written:
+        rows.append(
+            {
+                "input": str(board.before.path),
+                "input_sha256": hashlib.sha256(board.original).hexdigest(),
+                "output": None if path is None else str(path),
+                "output_sha256": hashlib.sha256(board.data).hexdigest(),
+                "holes": board.before.hits,
+                "slots": board.before.slots,
+                "routed": board.before.routed,
+                "travel_before": str(board.worth(board.costs_before.total)),
+                "travel_after": str(board.worth(board.costs_after.total)),
+                "lower_bound": str(board.worth(board.bound)),
+                "unit": board.wishes.machine.unit,
+            }
+        )
+    return (json.dumps({"format": "tcp-manifest-1", "boards": rows}, indent=2) + "\n").encode()

@@ -1,0 +1,236 @@
+"""``tcp optimize``: a drill file in, the same holes in a shorter order out."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from fractions import Fraction
+from pathlib import Path
+from typing import Any
+
+import click
+
+from tcp.boards.deliver import Target, collect, manifest, write_board
+from tcp.boards.effort import LIMITS, Effort
+from tcp.boards.machine import Machine, read_machine
+from tcp.boards.optimise import Board, News, Wishes, optimise
+from tcp.cli.main import complain
+from tcp.cli.options import number, point
+from tcp.cli.terminal import on_terminal, tell
+from tcp.errors import Exit, TcpError, UsageError
+from tcp.files.excellon import Hints, hints, oddities, read_program
+from tcp.files.write import write_file
+from tcp.report.board import board_data, board_table, summary_table
+from tcp.travel import parse_model
+
+EPILOG = """\b
+Examples:
+  tcp optimize board.drl                      writes board-optimized.drl
+  tcp optimize --check gerbers/               how much travel is wasted?
+  tcp optimize --exact --out fab/ *.drl       proved, or exit code 5
+  tcp optimize --machine linear.toml --start 0,0 --park 0,400 board.drl
+  tcp optimize --units inch --format 2:4 --zeros lz pads.drl
+
+\b
+Exit codes: 0 done, 1 with --check: a shorter order exists, 2 usage, 3 unreadable
+or not understood, 5 with --exact: a tool without proof, 7 not written, 70 internal
+error, 130 interrupted. With several files the highest one counts."""
+
+LIMIT_HELP = ", ".join(f"{effort} {limit:g}" for effort, limit in LIMITS.items())
+
+
+@dataclass(frozen=True)
+class Job:
+    """One call: what to do with every board, and what to write."""
+
+    wishes: Wishes
+    hints: Hints
+    target: Target
+    dry_run: bool
+    check: bool
+    exact: bool
+    as_json: bool
+    many: bool
+    live: bool
+
+    def run(self, path: Path) -> tuple[Board, Path | None, Exit]:
+        """Optimise and write one board."""
+        program = read_program(path, self.hints)
+        tell(path, [*program.notes, *oddities(program)])
+        with _live(self.live) as news:
+            board = optimise(program, self.wishes, self.hints, news)
+        written = None
+        if not (self.dry_run or self.check) and not (self.exact and not board.proved):
+            written = write_board(board, self.target, self.many, self.hints)
+        code = Exit.OK
+        if self.exact and not board.proved:
+            code = Exit.NO_PROOF
+        elif self.check and board.costs_after.total < board.costs_before.total:
+            code = Exit.FINDINGS
+        return board, written, code
+
+
+@contextmanager
+def _live(wanted: bool) -> Iterator[News | None]:
+    """News on stderr's terminal, one line that changes with the tool at work."""
+    if not wanted:
+        yield None
+        return
+    from tcp.report.live import live_board
+
+    with live_board() as news:
+        yield news
+
+
+def _tool(text: str) -> int:
+    bare = text.strip().upper().removeprefix("T")
+    if not bare.isdigit():
+        raise click.BadParameter(f"{text!r} is not a tool; expected e.g. T3")
+    return int(bare)
+
+
+_READING = [
+    click.option("--units", type=click.Choice(["mm", "inch"]), help="Where the file is silent."),
+    click.option("--format", metavar="N:M", help="Digits before and behind the missing point."),
+    click.option("--zeros", type=click.Choice(["lz", "tz"]), help="Zeros kept: leading, trailing."),
+    click.option(
+        "--sidecar", type=click.Path(path_type=Path), help="The nc_param.txt of the file."
+    ),
+    click.option("--unfinished", is_flag=True, help="Accept a file without M30."),
+]
+_MACHINE = [
+    click.option("--machine", type=click.Path(path_type=Path), help="A machine profile (TOML)."),
+    click.option("--travel", metavar="MODEL", help="Travel model.  [default: simultaneous]"),
+    click.option("--vx", type=number, metavar="MM/S", help="Speed of the x axis."),
+    click.option("--vy", type=number, metavar="MM/S", help="Speed of the y axis."),
+    click.option("--ax", type=number, metavar="MM/S2", help="Acceleration of the x axis."),
+    click.option("--ay", type=number, metavar="MM/S2", help="Acceleration of the y axis."),
+    click.option("--start", type=point, metavar="X,Y", help="Where the machine stands before."),
+    click.option("--home", type=point, metavar="X,Y", help="Both --start and --park."),
+    click.option("--park", type=point, metavar="X,Y", help="Where it goes to afterwards."),
+]
+
+
+Function = Callable[..., Any]
+
+
+def _options(options: list[Any]) -> Callable[[Function], Function]:
+    def give(function: Function) -> Function:
+        for option in reversed(options):
+            function = option(function)
+        return function
+
+    return give
+
+
+@click.command(epilog=EPILOG)
+@click.argument(
+    "files", nargs=-1, required=True, metavar="FILE...", type=click.Path(path_type=Path)
+)
+@click.option(
+    "--effort",
+    type=click.Choice([str(e) for e in Effort]),
+    default="normal",
+    show_default=True,
+    help="fast: only seek; normal: seek and prove; proof: take the time it needs.",
+)
+@click.option(
+    "--time-limit", type=float, metavar="S", help=f"Seconds a tool.  [default: {LIMIT_HELP}]"
+)
+@click.option("--exact", is_flag=True, help="Write only what is proved shortest, else exit 5.")
+@click.option("--seed", type=int, default=0, show_default=True, help="Source of all randomness.")
+@click.option("--keep-first", type=click.IntRange(0), default=0, help="Units that stay in front.")
+@click.option("--keep", multiple=True, metavar="T", help="A tool whose order stays; repeatable.")
+@_options(_MACHINE)
+@_options(_READING)
+@click.option("--out", "-o", type=click.Path(path_type=Path), help="File or directory to write.")
+@click.option("--in-place", is_flag=True, help="Replace the input; it is kept as NAME.bak.")
+@click.option("--force", is_flag=True, help="Overwrite an existing output.")
+@click.option("--dry-run", is_flag=True, help="Do everything but write.")
+@click.option("--check", is_flag=True, help="Only judge the file; exit 1 if it wastes travel.")
+@click.option("--manifest", type=click.Path(path_type=Path), help="Write hashes as JSON.")
+@click.option("--json", "as_json", is_flag=True, help="One JSON object a board, on one line.")
+def command(files: tuple[Path, ...], **given: Any) -> int:
+    """Put the holes of each drill FILE (Excellon) into a shorter order, tool by tool.
+
+    Only the order changes: the new file is read back and compared hole by
+    hole before it is put in place. FILE may be a directory.
+    """
+    boards, worst = [], Exit.OK
+    paths = collect(files)
+    job = _job(given, len(paths) > 1)
+    for path in paths:
+        try:
+            board, written, code = job.run(path)
+        except TcpError as error:
+            worst = max(worst, complain(error))
+            continue
+        boards.append((board, written))
+        worst = max(worst, code)
+        click.echo(
+            json.dumps(board_data(board, written)) if job.as_json else board_table(board, written)
+        )
+        if board.interrupted:
+            break
+    if len(boards) > 1 and not job.as_json:
+        click.echo("\n" + summary_table([board for board, _ in boards]))
+    if given["manifest"] is not None:
+        write_file(given["manifest"], manifest(boards))
+    return worst
+
+
+def _job(given: dict[str, Any], many: bool) -> Job:
+    """The job that the options mean.
+
+    Raises
+    ------
+    UsageError
+        If they contradict each other.
+    """
+    if given["time_limit"] is not None and not given["time_limit"] > 0:
+        raise UsageError(f"--time-limit must be greater than 0, not {given['time_limit']:g}")
+    if given["seed"] < 0:
+        raise UsageError(f"--seed must be 0 or more, not {given['seed']}")
+    for name in ("start", "park"):
+        if given["home"] is not None and given[name] is not None:
+            raise UsageError(f"--home is both --start and --park; drop --{name}")
+    effort = Effort.PROOF if given["exact"] and given["effort"] == "normal" else given["effort"]
+    wishes = Wishes(
+        machine=_machine(given),
+        effort=Effort(effort),
+        time_limit=given["time_limit"],
+        seed=given["seed"],
+        start=given["start"] or given["home"],
+        park=given["park"] or given["home"],
+        keep_first=given["keep_first"],
+        keep=frozenset(map(_tool, given["keep"])),
+    )
+    return Job(
+        wishes=wishes,
+        hints=hints(
+            given["units"], given["format"], given["zeros"], given["unfinished"], given["sidecar"]
+        ),
+        target=Target(given["out"], given["in_place"], given["force"]),
+        dry_run=given["dry_run"],
+        check=given["check"],
+        exact=given["exact"],
+        as_json=given["as_json"],
+        many=many,
+        live=not given["as_json"] and on_terminal(),
+    )
+
+
+def _machine(given: dict[str, Any]) -> Machine:
+    machine = Machine() if given["machine"] is None else read_machine(given["machine"])
+    changes: dict[str, Fraction] = {
+        name: given[name] for name in ("vx", "vy", "ax", "ay") if given[name] is not None
+    }
+    travel = machine.travel
+    if given["travel"] is not None:
+        changes["model"] = parse_model(given["travel"])  # type: ignore[assignment]
+    if not changes:
+        return machine
+    timed = machine.timed or "vx" in changes or "vy" in changes
+    return replace(machine, travel=replace(travel, **changes), timed=timed)  # type: ignore[arg-type]

@@ -1,0 +1,169 @@
+"""A board's report for people and programs: the table and the JSON object."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from fractions import Fraction
+from pathlib import Path
+from typing import Any
+
+from tcp.boards.optimise import Board, Part
+from tcp.report.table import percent
+
+
+def amount(board: Board, cost: int | None) -> str:
+    """A cost in seconds, or in mm at unit speed."""
+    if cost is None:
+        return "-"
+    return f"{float(board.worth(cost)):.{2 if board.wishes.machine.timed else 1}f}"
+
+
+def verdict(part: Part) -> str:
+    """What is known about a tool's order, in a few words."""
+    if part.locked:
+        return "kept as it was"
+    if part.optimal:
+        order = "the file's order is" if part.before == part.after else "proved"
+        return f"{order} shortest" + (" (certified)" if part.proof == "certified" else "")
+    if part.bound is None:
+        return "no bound"
+    if part.proved:
+        return "the file's order is kept: it saves more between the tools"
+    return f"at most {percent((part.after - part.bound) / part.after)} above the shortest"
+
+
+def board_table(board: Board, written: Path | None) -> str:
+    """Several lines for a person."""
+    unit = board.wishes.machine.unit
+    lines = [f"{board.before.path}: {_what(board)}"]
+    rows = [("tool", "holes", f"before {unit}", f"after {unit}", f"bound {unit}", "")]
+    rows += [
+        (
+            f"T{part.tool}",
+            str(part.holes),
+            amount(board, part.before),
+            amount(board, part.after),
+            amount(board, part.bound),
+            verdict(part),
+        )
+        for part in board.parts
+    ]
+    links = (board.costs_before.links, board.costs_after.links)
+    rows.append(("between", "", amount(board, links[0]), amount(board, links[1]), "", ""))
+    totals = (board.costs_before.total, board.costs_after.total, board.bound)
+    rows.append(("total", str(sum(p.holes for p in board.parts)), *map(_amount(board), totals), ""))
+    widths = [max(len(row[i]) for row in rows) for i in range(5)]
+    for row in rows:
+        cells = [row[0].ljust(widths[0]), *(row[i].rjust(widths[i]) for i in range(1, 5))]
+        lines.append("  " + "  ".join(cells) + ("  " + row[5] if row[5] else ""))
+    return "\n".join([*lines, *(f"  {line}" for line in conclusions(board, written))])
+
+
+def _amount(board: Board) -> Any:
+    return lambda cost: amount(board, cost)
+
+
+def _what(board: Board) -> str:
+    program = board.before
+    counts = [(program.hits, "holes"), (program.slots, "slots"), (program.routed, "routed paths")]
+    what = ", ".join(f"{n} {name}" for n, name in counts if n)
+    return f"{what or 'no holes'}, {len(program.used)} tools, {board.wishes.machine.travel.model}"
+
+
+def conclusions(board: Board, written: Path | None) -> list[str]:
+    """What it comes down to, in sentences."""
+    before, after = board.costs_before.total, board.costs_after.total
+    found = []
+    if before == after:
+        found.append("no better order was found; the file's own order is kept")
+    else:
+        found.append(
+            f"the file travels {factor(before, after)} times what the new order needs"
+            f" and {factor(before, board.bound)} times the lower bound"
+        )
+    if board.wishes.machine.timed:
+        found.append(f"{float(board.worth(before - after)):.1f} s saved a board")
+        found.append(
+            f"{float(job_time(board, after)):.1f} s a board with drilling and tool changes"
+        )
+    if written is not None:
+        found.append(f"written to {written}")
+    return found
+
+
+def factor(cost: int, base: int) -> str:
+    """How many times ``base`` is in ``cost``."""
+    return f"{cost / base:.2f}" if base else "-"
+
+
+def job_time(board: Board, travel: int) -> Fraction:
+    """Seconds of a whole job: travel, drilling and tool changes."""
+    holes = sum(part.holes for part in board.parts)
+    return board.worth(travel) + board.wishes.machine.work(holes, len(board.parts))
+
+
+def board_data(board: Board, written: Path | None) -> dict[str, Any]:
+    """The report as plain data; travel as exact decimals or fractions in seconds (mm)."""
+
+    def worth(cost: int | None) -> str | None:
+        return None if cost is None else str(board.worth(cost))
+
+    return {
+        "file": str(board.before.path),
+        "written": None if written is None else str(written),
+        "holes": board.before.hits,
+        "slots": board.before.slots,
+        "routed": board.before.routed,
+        "unit": board.wishes.machine.unit,
+        "travel": str(board.wishes.machine.travel.model),
+        "before": worth(board.costs_before.total),
+        "after": worth(board.costs_after.total),
+        "lower_bound": worth(board.bound),
+        "links_before": worth(board.costs_before.links),
+        "links_after": worth(board.costs_after.links),
+        "proved": board.proved,
+        "changed": board.changed,
+        "effort": str(board.wishes.effort),
+        "seed": board.wishes.seed,
+        "tools": [
+            {
+                "tool": f"T{part.tool}",
+                "holes": part.holes,
+                "before": worth(part.before),
+                "after": worth(part.after),
+                "lower_bound": worth(part.bound),
+                "optimal": part.optimal,
+                "proved": part.proved,
+                "proof": str(part.proof),
+                "locked": part.locked,
+                "seconds": round(part.seconds, 3),
+            }
+            for part in board.parts
+        ],
+        "notes": list(board.notes),
+    }
+
+
+def summary_table(boards: Sequence[Board]) -> str:
+    """One line a board, and their sum."""
+    rows: list[tuple[str, int, list[Fraction]]] = [
+        (
+            board.before.path.name,
+            sum(part.holes for part in board.parts),
+            [
+                board.worth(cost)
+                for cost in (board.costs_before.total, board.costs_after.total, board.bound)
+            ],
+        )
+        for board in boards
+    ]
+    sums = [sum((row[2][i] for row in rows), start=Fraction(0)) for i in range(3)]
+    rows.append((f"{len(boards)} boards", sum(row[1] for row in rows), sums))
+    width = max(len(row[0]) for row in rows)
+    unit = boards[0].wishes.machine.unit
+    head = f"{'board':<{width}}  {'holes':>6}  {'before ' + unit:>12}  {'after ' + unit:>12}"
+    lines = [f"{head}  {'bound ' + unit:>12}"]
+    for name, holes, costs in rows:
+        numbers = "  ".join(f"{float(cost):>12.1f}" for cost in costs)
+        lines.append(f"{name:<{width}}  {holes:>6}  {numbers}")
+    return "\n".join(lines)

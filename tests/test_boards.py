@@ -1,0 +1,416 @@
+"""tcp optimize: shorter, never longer, nothing lost, and proved against brute force."""
+
+from __future__ import annotations
+
+import itertools
+import json
+import os
+from fractions import Fraction
+from pathlib import Path
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from tcp.boards.chain import Candidate, any_order, in_order
+from tcp.boards.choose import linker, nearest
+from tcp.boards.effort import Effort
+from tcp.boards.machine import Machine, read_machine
+from tcp.boards.optimise import Wishes, optimise
+from tcp.boards.trail import follow, measure, rule_for
+from tcp.cli.main import main
+from tcp.errors import InputError, UsageError
+from tcp.files.excellon import hints, parse, read_program
+from tcp.files.excellon.guard import LostError, compare
+from tcp.travel import Model, Travel
+
+ROOT = Path(__file__).resolve().parents[1]
+HEAD = b"M48\nMETRIC,TZ\nT1C.001\nT2C.002\nT3C.003\n%\n"
+FAST = Wishes(effort=Effort.FAST, time_limit=0.3)
+
+
+def program_of(body: str):
+    return parse(HEAD + body.encode() + b"M30\n", "board.drl")
+
+
+def length(places: list[tuple[int, int]]) -> int:
+    """Simultaneous travel along places, from the definition."""
+    return sum(max(abs(p[0] - q[0]), abs(p[1] - q[1])) for p, q in itertools.pairwise(places))
+
+
+def shortest(units: list[list[tuple[int, int]]]) -> int:
+    """Shortest path over units with two ends, by trying everything."""
+    best = None
+    for order in itertools.permutations(units):
+        for turned in itertools.product([1, -1], repeat=len(units)):
+            places = [p for unit, t in zip(order, turned, strict=True) for p in unit[::t]]
+            cost = length(places)
+            best = cost if best is None else min(best, cost)
+    return best or 0
+
+
+def test_travel_of_a_file_is_that_of_its_positions():
+    program = program_of(
+        "T1\nX0Y0\nX10Y0\nR2X5\nX40Y3G85X50Y3\nG00X60Y0\nM15\nG01X60Y9\nX70Y9\nM16\nG05\nT2\nX0Y0\n"
+    )
+    costs = measure(program, rule_for(program, Travel(Model.SIMULTANEOUS)))
+    places = [(0, 0), (10, 0), (15, 0), (20, 0), (40, 3), (50, 3), (60, 0), (60, 9), (70, 9)]
+    assert costs.parts == (length(places), 0)
+    assert costs.links == 70
+    stops = measure(
+        program,
+        rule_for(program, Travel(Model.SIMULTANEOUS)),
+        (Fraction(-1, 10), Fraction(0)),
+        (Fraction(0), Fraction(1, 5)),
+    )
+    assert stops.links == 70 + 100 + 200
+
+
+def test_copies_of_a_pattern_are_followed():
+    program = program_of("T1\nM25\nX0Y0\nX10Y0\nM01\nM02X100\nM02X0Y5M80\nM08\nX0Y0\n")
+    trail = follow(program)
+    assert trail.x.tolist() == [0, 10, 100, 110, 100, 90, 0]
+    assert trail.y.tolist() == [0, 0, 0, 0, 5, 5, 0]
+
+
+UNITS = st.lists(
+    st.lists(st.tuples(st.integers(0, 30), st.integers(0, 30)), min_size=1, max_size=2),
+    min_size=1,
+    max_size=5,
+)
+
+
+@settings(max_examples=25, deadline=None)
+@given(UNITS, UNITS, st.sampled_from(["keep", "ends"]))
+def test_small_boards_are_proved_and_equal_brute_force(first, second, stops):
+    def lines(units):
+        return "".join(
+            "X{}Y{}".format(*u[0]) + ("G85X{}Y{}".format(*u[1]) if len(u) > 1 else "") + "\n"
+            for u in units
+        )
+
+    program = program_of("T1\n" + lines(first) + "T2\n" + lines(second))
+    point = (Fraction(0), Fraction(0)) if stops == "ends" else None
+    board = optimise(program, Wishes(effort=Effort.FAST, time_limit=5, start=point, park=point))
+    assert board.proved
+    assert board.costs_after.total <= board.costs_before.total
+    for part, units in zip(board.parts, (first, second), strict=True):
+        assert part.bound == shortest(units) <= part.after <= part.before
+    total = board.costs_after.total
+    assert board.bound <= total
+    again = optimise(board.after, Wishes(effort=Effort.FAST, start=point, park=point))
+    assert again.data == board.data and not again.changed
+
+
+def test_reversed_input_gives_an_equally_long_output():
+    rng = np.random.default_rng(5)
+    holes = [f"X{x}Y{y}\n" for x, y in rng.integers(0, 999, (11, 2))]
+    lengths = {
+        optimise(program_of("T1\n" + "".join(order)), FAST).costs_after.total
+        for order in (holes, holes[::-1], sorted(holes))
+    }
+    assert len(lengths) == 1
+
+
+def test_fixed_work_stays_and_ties_the_paths_around_it():
+    body = "T1\nX0Y0\nX900Y0\nX100Y0\nG00X500Y0\nM15\nG01X500Y9\nX510Y9\nM16\nG05\nX800Y0\nX520Y9\n"
+    board = optimise(program_of(body), FAST)
+    assert board.proved
+    text = board.data.decode()
+    assert text.index("G00X500Y0") > text.index("X900Y0") > text.index("X0Y0\n")
+    assert text.index("X520Y9") < text.index("X800Y0")
+    assert text.count("\n") == (HEAD.decode() + body + "M30\n").count("\n")
+
+
+def test_locks():
+    body = "T1\nX0Y0\nX900Y0\nX100Y0\nX800Y0\nX200Y0\nT2\nX0Y0\nX9Y9\nX5Y5\n"
+    board = optimise(program_of(body), Wishes(effort=Effort.FAST, keep=frozenset({1})))
+    assert b"X0Y0\nX900Y0\nX100Y0\nX800Y0\nX200Y0\n" in board.data and board.parts[0].locked
+    assert b"X0Y0\nX9Y9\nX5Y5\n" not in board.data
+    board = optimise(program_of(body), Wishes(effort=Effort.FAST, keep_first=2))
+    assert b"X0Y0\nX900Y0\nX800Y0\n" in board.data
+    with pytest.raises(UsageError, match="no tool T9 to keep"):
+        optimise(program_of(body), Wishes(keep=frozenset({9})))
+
+
+def test_patterns_move_inside_only():
+    body = "T1\nM25\nX0Y0\nX900Y0\nX100Y0\nM01\nM02X2000\nM08\nX0Y50\n"
+    board = optimise(program_of(body), FAST)
+    assert b"M25\nX900Y0\nX100Y0\nX0Y0\nM01\nM02X2000\nM08\n" in board.data or (
+        b"M25\nX0Y0\nX100Y0\nX900Y0\nM01\nM02X2000\nM08\n" in board.data
+    )
+    assert board.costs_after.total < board.costs_before.total
+    assert board.parts[0].bound is None
+
+
+def test_nothing_better_keeps_the_file():
+    program = program_of("T1\nX0Y0\nX10Y0\nX20Y0\nT2\nX30Y0\nX40Y0\n")
+    board = optimise(program, FAST)
+    assert not board.changed and board.proved and board.data == program.document.data
+
+
+def test_every_small_board_of_the_corpus(corpus, unstated):
+    """Quick effort: never longer, same work, and the text around the holes is untouched."""
+    for name in (
+        "kicad-x2-Flashpads-PTH.drl",
+        "diptrace-panel.drl",
+        "siemens2-ThruHoleNonPlated.ncd",
+    ):
+        known = hints(**unstated.get(name, {}))
+        program = read_program(corpus / "boards" / name, known)
+        board = optimise(program, Wishes(effort=Effort.FAST, time_limit=0.3), known)
+        assert board.costs_after.total < board.costs_before.total
+        compare(program, board.after)
+
+
+# -- the chain of tools --------------------------------------------------------------------
+
+PARTS = st.lists(
+    st.lists(
+        st.builds(
+            Candidate,
+            st.integers(0, 20),
+            st.tuples(st.integers(0, 30), st.integers(0, 30)),
+            st.tuples(st.integers(0, 30), st.integers(0, 30)),
+        ),
+        min_size=1,
+        max_size=3,
+    ),
+    min_size=1,
+    max_size=4,
+)
+
+
+@settings(max_examples=60, deadline=None)
+@given(PARTS, st.booleans())
+def test_chains_equal_brute_force(parts, stops):
+    def link(p, q):
+        return 0 if p is None or q is None else max(abs(p[0] - q[0]), abs(p[1] - q[1]))
+
+    start, park = ((0, 0), (9, 9)) if stops else (None, None)
+
+    def cost(order, picks):
+        chosen = [parts[i][k] for i, k in zip(order, picks, strict=True)]
+        at, total = start, 0
+        for c in chosen:
+            total, at = total + link(at, c.entry) + c.cost, c.exit
+        return total + link(at, park)
+
+    numbers = range(len(parts))
+
+    def best(orders):
+        return min(
+            cost(order, picks)
+            for order in orders
+            for picks in itertools.product(*(range(len(parts[i])) for i in order))
+        )
+
+    kept = in_order(parts, link, start, park)
+    assert kept.cost == best([tuple(numbers)])
+    assert [i for i, _ in kept.steps] == list(numbers)
+    free = any_order(parts, link, start, park)
+    assert free.cost == best(itertools.permutations(numbers)) <= kept.cost
+    assert cost(*zip(*free.steps, strict=True)) == free.cost
+
+
+def test_links_are_bounded_from_below():
+    rule = Travel(Model.SIMULTANEOUS).rule(Fraction(1), (100, 100), 10)
+    rng = np.random.default_rng(0)
+    p, q = rng.integers(0, 50, (2, 30)), rng.integers(40, 90, (2, 20))
+    link = linker(rule)
+    least = min(link(a, b) for a in zip(*p.tolist()) for b in zip(*q.tolist()))  # noqa: B905
+    assert nearest(rule, (p[0], p[1]), (q[0], q[1])) == least
+    wide = (np.repeat(p[0], 2000), np.repeat(p[1], 2000)), (np.tile(q[0], 90), np.tile(q[1], 90))
+    assert nearest(rule, *wide) <= least
+
+
+# -- machines ------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("path", sorted((ROOT / "data" / "machines").glob("*.toml")), ids=str)
+def test_the_machines_of_the_manual(path):
+    machine = read_machine(path)
+    assert machine.timed and machine.unit == "s" and machine.name
+    board = optimise(
+        program_of("T1\nX0Y0\nX9000Y0\nX100Y0\n"), Wishes(machine=machine, effort=Effort.FAST)
+    )
+    assert board.changed and board.proved
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("name = ", "no TOML"),
+        ("speed = 3", "unknown key 'speed'"),
+        ("travel = 3", "must be a table"),
+        ("[travel]\nvz = 3", "unknown key 'vz'"),
+        ("[travel]\nvx = -3", "greater than 0"),
+        ("[travel]\nvx = 'fast'", "not a number"),
+        ("[travel]\nmodel = 'warp'", "unknown travel model"),
+        ("[travel]\nmodel = 'trapezoidal'", "needs the accelerations"),
+        ("tool_change = -1", "greater than 0"),
+        ("drill = inf", "not a finite number"),
+    ],
+)
+def test_bad_machines(tmp_path, text, said):
+    path = tmp_path / "machine.toml"
+    path.write_text(text)
+    with pytest.raises(InputError, match=said):
+        read_machine(path)
+
+
+# -- the command ---------------------------------------------------------------------------
+
+BODY = "T1\nX0Y0\nX900Y0\nX100Y0\nX800Y0\nX200Y0\nT2\nX0Y0\nX9Y9\nX5Y5\n"
+
+
+@pytest.fixture
+def board(tmp_path: Path) -> Path:
+    path = tmp_path / "board.drl"
+    path.write_bytes(HEAD + BODY.encode() + b"M30\n")
+    return path
+
+
+def run(*words: object):
+    return CliRunner().invoke(main, ["optimize", *map(str, words)])
+
+
+def test_a_board_is_written_beside_its_input(board):
+    before = board.read_bytes()
+    done = run(board)
+    assert done.exit_code == 0, done.stderr
+    assert board.read_bytes() == before
+    written = board.with_name("board-optimized.drl")
+    compare(parse(before), read_program(written))
+    assert "proved shortest" in done.stdout and str(written) in done.stdout
+    assert run(board).exit_code == 0
+    written.write_bytes(b"mine")
+    done = run(board)
+    assert done.exit_code == 7 and "--force" in done.stderr and written.read_bytes() == b"mine"
+    assert run(board, "--force").exit_code == 0 and written.read_bytes() != b"mine"
+
+
+def test_in_place_keeps_a_backup(board):
+    before = board.read_bytes()
+    assert run(board, "--in-place").exit_code == 0
+    assert board.read_bytes() != before
+    assert board.with_name("board.drl.bak").read_bytes() == before
+    done = run(board, "--in-place")
+    assert done.exit_code == 0 and "kept" in done.stdout
+    board.write_bytes(before.replace(b"X900", b"X901"))
+    done = run(board, "--in-place")
+    assert done.exit_code == 7 and "another backup" in done.stderr
+    assert run(board, "--out", board, "--force").exit_code == 7
+    assert run(board, "--in-place", "--out", "x").exit_code == 2
+
+
+def test_check_and_dry_run_write_nothing(board):
+    done = run(board, "--check")
+    assert done.exit_code == 1 and "times" in done.stdout
+    assert run(board, "--dry-run").exit_code == 0
+    assert list(board.parent.iterdir()) == [board]
+    run(board)
+    assert run(board.with_name("board-optimized.drl"), "--check").exit_code == 0
+
+
+def test_json_and_manifest(board, tmp_path):
+    done = run(board, "--json", "--manifest", tmp_path / "manifest.json")
+    data = json.loads(done.stdout)
+    assert data["proved"] and data["holes"] == 8 and Fraction(data["after"]) < 2
+    rows = json.loads((tmp_path / "manifest.json").read_text())["boards"]
+    assert rows[0]["output"] == data["written"] and len(rows[0]["input_sha256"]) == 64
+
+
+def test_folders_and_patterns(board, tmp_path):
+    (tmp_path / "second.txt").write_bytes(board.read_bytes())
+    (tmp_path / "notes.txt").write_text("nothing to drill\n")
+    out = tmp_path / "out"
+    out.mkdir()
+    done = run(tmp_path, "--out", out)
+    assert done.exit_code == 0 and "2 boards" in done.stdout
+    assert sorted(p.name for p in out.iterdir()) == ["board.drl", "second.txt"]
+    assert run(tmp_path / "*.drl", "--out", out, "--force").exit_code == 0
+    assert run(tmp_path / "*.xyz").exit_code == 3
+    assert run(board, tmp_path / "second.txt", "--out", tmp_path / "one.drl").exit_code == 2
+    (out / "empty").mkdir()
+    assert run(out / "empty").exit_code == 3
+
+
+def test_bad_files_do_not_stop_the_others(board, tmp_path):
+    bad = tmp_path / "bad.drl"
+    bad.write_bytes(HEAD + b"T7\nX1Y1\nM30\n")
+    done = run(bad, board, tmp_path / "none.drl")
+    assert done.exit_code == 3
+    assert done.stderr.count("\n") == 2 and "T7 is not defined" in done.stderr
+    assert board.with_name("board-optimized.drl").exists()
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ["--time-limit", "0"],
+        ["--time-limit", "nan"],
+        ["--seed", "-1"],
+        ["--home", "0,0", "--start", "1,1"],
+        ["--keep", "T9"],
+        ["--keep", "x"],
+        ["--start", "1"],
+        ["--start", "1e25,0"],
+        ["--travel", "warp"],
+        ["--travel", "trapezoidal"],
+        ["--format", "24"],
+        ["--effort", "some"],
+    ],
+)
+def test_usage_errors_are_one_sentence(board, words):
+    done = run(board, *words)
+    assert done.exit_code == 2, done.output
+    assert done.stderr.count("\n") == 1 and "Traceback" not in done.stderr
+    assert list(board.parent.iterdir()) == [board]
+
+
+def test_a_folder_without_permission_keeps_the_original(board, monkeypatch):
+    def denied(**_: object) -> None:
+        raise PermissionError(13, "Permission denied")
+
+    before = board.read_bytes()
+    monkeypatch.setattr("tempfile.mkstemp", denied)
+    done = run(board, "--in-place")
+    assert done.exit_code == 7 and "permission denied" in done.stderr
+    assert board.read_bytes() == before and list(board.parent.iterdir()) == [board]
+
+
+def test_a_full_disk_keeps_the_original(board, monkeypatch):
+    before = board.read_bytes()
+
+    def full(_: int) -> None:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(os, "fsync", full)
+    done = run(board, "--in-place")
+    assert done.exit_code == 7 and "no space left" in done.stderr
+    assert board.read_bytes() == before and list(board.parent.iterdir()) == [board]
+
+
+def test_a_lost_hole_leaves_nothing_behind(board, monkeypatch):
+    import tcp.boards.deliver as deliver
+
+    def lost(*_: object, **__: object) -> None:
+        raise LostError("lost one")
+
+    monkeypatch.setattr(deliver, "compare", lost)
+    done = run(board)
+    assert done.exit_code == 70 and "lost one" in done.stderr
+    assert list(board.parent.iterdir()) == [board]
+
+
+def test_machine_options_reach_the_board(board, tmp_path):
+    profile = ROOT / "data" / "machines" / "ball-screw-drill.toml"
+    done = run(board, "--machine", profile, "--home", "0,0", "--json", "--dry-run")
+    data = json.loads(done.stdout)
+    assert data["unit"] == "s" and data["travel"] == "simultaneous"
+    done = run(board, "--vx", "10", "--vy", "20", "--dry-run")
+    assert " s saved a board" in done.stdout
+    assert Machine().unit == "mm"
