@@ -24,6 +24,7 @@ COMMANDS: dict[str, str] = {
     "solve": "Find the shortest drilling order of workpieces, and prove it.",
     "optimize": "Put the holes of drill files into a shorter order.",
     "info": "Describe a workpiece.",
+    "export": "Write a workpiece's integer programme for other solvers.",
     "check": "Check a certificate, trusting nothing that wrote it.",
     "experiment": "Repeat solver runs and set them beside a paper's table.",
     "validate": "Judge a route and its claimed time: valid, true, optimal?",

@@ -19,7 +19,7 @@ from tcp.heuristics.start import start_tour
 from tcp.instance import Instance
 from tcp.models.milp import FORMULATIONS, Formulation, Subtour
 from tcp.models.separation import violated_sets
-from tcp.result import Outcome, Progress, Report
+from tcp.result import Outcome, Progress, Report, silent
 from tcp.stop import Clock, StopReason
 
 NODES = 200
@@ -72,6 +72,34 @@ def run(
     search = _Search(instance, clock, report, backend, int(rng.integers(2**31)))
     settled = settle(instance)
     return settled or search.run(FORMULATIONS[formulation](instance.form, instance.granularity))
+
+
+def formulate(instance: Instance, formulation: str, clock: Clock) -> tuple[Formulation, bool]:
+    """The programme itself, for other solvers.
+
+    Parameters
+    ----------
+    instance : Instance
+        At least four nodes, rules that do not contradict each other.
+    formulation : str
+        A name of :data:`tcp.models.milp.FORMULATIONS`.
+    clock : Clock
+        Limits the search for subtour cuts.
+
+    Returns
+    -------
+    model, complete
+        Whether the model's optimum is that of the instance: always for ``mtz``
+        and ``flow``; for ``subtour``, whose constraints are too many to write
+        down, once those found suffice to prove the optimum.
+    """
+    model = FORMULATIONS[formulation](instance.form, instance.granularity)
+    if not isinstance(model, Subtour):
+        return model, True
+    search = _Search(instance, clock, silent, "highs", seed=0)
+    search.run(model)
+    model.relax(False)
+    return model, search.infeasible or search.cost == search.bound
 
 
 class _Search:
