@@ -1,0 +1,145 @@
+"""Where to branch: strong branching on edges and on sets, with pseudo-costs.
+
+A candidate is a pair with fractional x (children x = 0 and x = 1) or a set S
+with x(delta(S)) well between 2 and 4 (children x(delta(S)) = 2 and >= 4; a
+tour's value is even).  Each child's LP runs for a few dual simplex iterations;
+the product of both gains decides (Applegate et al. 2006, ch. 14).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from tcp.exact.branch_and_cut.combs import Teeth
+from tcp.exact.branch_and_cut.cuts import Cut, Family, boundary, smaller_side
+from tcp.exact.branch_and_cut.relaxation import Relaxation, SetBranch
+from tcp.exact.branch_and_cut.support import Support
+from tcp.travel import Ints
+
+EDGES = 10
+"""Edges probed at a node."""
+
+SETS = 8
+"""Sets probed at a node."""
+
+ITERATIONS = 60
+"""Dual simplex iterations of a probe."""
+
+
+@dataclass(frozen=True)
+class Decision:
+    """A branch: on a pair (``key``) or on a set (``cut``); ``gains`` of its two children."""
+
+    key: int
+    cut: Cut | None
+    gains: tuple[float, float]
+
+
+@dataclass
+class Brancher:
+    """Chooses decisions; remembers what branching on a pair gained before."""
+
+    lp: Relaxation
+    gains: dict[int, tuple[float, float, int]] = field(default_factory=dict)
+
+    def choose(self, support: Support, tour: Ints, cutoff: float) -> Decision | None:
+        """The best decision at the current LP solution; None if there is no candidate."""
+        sets = self._sets(support, tour)
+        self.lp.add_cuts(sets)
+        basis = self.lp.basis()
+        value = self.lp.objective
+        cap = max(cutoff - value, 1e-9)
+        best: Decision | None = None
+        score = -1.0
+        for key in self._pairs(support):
+            column = int(self.lp.columns_of(np.array([key]))[0])
+            gains = self._probe_pair(column, value, basis)
+            self._learn(key, gains)
+            if _product(gains, cap) > score:
+                best, score = Decision(key, None, gains), _product(gains, cap)
+        for cut in sets:
+            gains = self._probe_set(cut, value, basis)
+            if _product(gains, cap) > score:
+                best, score = Decision(-1, cut, gains), _product(gains, cap)
+        self.lp.set_basis(basis)
+        return best
+
+    # -- candidates ----------------------------------------------------------
+
+    def _pairs(self, support: Support) -> list[int]:
+        """Fractional pairs: half by closeness to 1/2, the best by pseudo-cost first."""
+        keys = self.lp.problem.keys(support.i, support.j)
+        off = np.minimum(support.x, 1.0 - support.x)
+        fractional = np.nonzero(off > 1e-5)[0]
+        known = np.array(
+            [self._estimate(int(k), float(f)) for k, f in zip(keys, support.x, strict=True)]
+        )
+        scores = off[fractional] + 1e-3 * (known[fractional] > 0)
+        order = fractional[np.argsort(-scores, kind="stable")]
+        chosen = [int(k) for k in keys[order[:EDGES]]]
+        old = [k for k in fractional[np.argsort(-known[fractional], kind="stable")][: EDGES // 2]]
+        chosen[EDGES // 2 :] = [int(keys[k]) for k in old if known[k] > 0] + chosen[EDGES // 2 :]
+        return list(dict.fromkeys(chosen))[:EDGES]
+
+    def _estimate(self, key: int, x: float) -> float:
+        if key not in self.gains:
+            return 0.0
+        down, up, count = self.gains[key]
+        return (down / count * x) * (up / count * (1.0 - x))
+
+    def _learn(self, key: int, gains: tuple[float, float]) -> None:
+        if not np.isfinite(gains).all():
+            return
+        down, up, count = self.gains.get(key, (0.0, 0.0, 0))
+        self.gains[key] = (down + gains[0], up + gains[1], count + 1)
+
+    def _sets(self, support: Support, tour: Ints) -> list[Cut]:
+        """Sets of the LP's cuts and intervals of the tour whose boundary is nearest to 3."""
+        candidates: dict[bytes, Cut] = {}
+        for cut in self.lp.cuts:
+            if cut.teeth:
+                for part in cut.sets:
+                    single = Cut.of([smaller_side(part, support.size)])
+                    candidates[single.key] = single
+        teeth = Teeth.of(support, tour, light=3.3)
+        near = np.nonzero(teeth.weight > -0.3)[0]
+        ends = np.searchsorted(teeth.ptr, near, side="right") - 1
+        order = np.argsort(np.abs(teeth.weight[near]), kind="stable")[:40]
+        for t, b in zip(near[order], ends[order], strict=True):
+            single = Cut.of([smaller_side(tour[teeth.start[t] : b + 1], support.size)])
+            candidates[single.key] = single
+        listed = list(candidates.values())
+        family = Family.of(listed)
+        value = boundary(
+            family.ptr, family.nodes, support.ptr, support.other, support.weight, support.size
+        )
+        order = np.argsort(np.abs(value - 3.0), kind="stable")
+        return [listed[k] for k in order[:SETS] if abs(value[k] - 3.0) < 0.7]
+
+    # -- probes ----------------------------------------------------------------
+
+    def _probe_pair(self, column: int, value: float, basis: object) -> tuple[float, float]:
+        gains = []
+        for fixed in (0.0, 1.0):
+            self.lp.bound_pair(column, fixed, fixed)
+            gains.append(self.lp.probe(ITERATIONS) - value)
+            self.lp.bound_pair(column, 0.0, 1.0)
+            self.lp.set_basis(basis)
+        return gains[0], gains[1]
+
+    def _probe_set(self, cut: Cut, value: float, basis: object) -> tuple[float, float]:
+        gains = []
+        for four in (False, True):
+            self.lp.bound_cut(cut, *SetBranch(cut, four).bounds)
+            gains.append(self.lp.probe(ITERATIONS) - value)
+            self.lp.bound_cut(cut, 2.0, np.inf)
+            self.lp.set_basis(basis)
+        return gains[0], gains[1]
+
+
+def _product(gains: tuple[float, float], cap: float) -> float:
+    """Score of a decision: gains beyond the cutoff count no more than reaching it."""
+    low, high = (min(max(g, 0.0), 1.2 * cap) / cap for g in gains)
+    return max(low, 1e-6) * max(high, 1e-6)

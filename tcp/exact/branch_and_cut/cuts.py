@@ -1,0 +1,242 @@
+"""What a cut is, and families of cuts flattened for compiled code.
+
+A cut says ``sum over its sets S of x(delta(S)) >= rhs``.  One set is a subtour
+cut (rhs 2).  A comb has a handle and an odd number t >= 3 of disjoint teeth,
+each with nodes inside and outside the handle (rhs 3 t + 1; Groetschel and
+Padberg 1979 in the form of Applegate, Bixby, Chvatal and Cook 2006, ch. 5).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from tcp.travel import Ints
+
+Nodes = NDArray[np.int32]
+
+
+@dataclass(frozen=True, eq=False)
+class Cut:
+    """A valid inequality over sets of nodes.
+
+    Parameters
+    ----------
+    nodes : int32 array
+        The sets one after the other, each ascending; a comb's handle first.
+    ends : tuple of int
+        Where each set ends in ``nodes``.
+    """
+
+    nodes: Nodes
+    ends: tuple[int, ...]
+    key: bytes = field(default=b"", repr=False)
+
+    @classmethod
+    def of(cls, sets: Sequence[Sequence[int] | Ints]) -> Cut:
+        """A cut from its sets: one, or a handle followed by its teeth."""
+        parts = [np.sort(np.asarray(s, np.int32)) for s in sets]
+        parts[1:] = sorted(parts[1:], key=lambda tooth: int(tooth[0]))
+        ends = tuple(np.cumsum([len(p) for p in parts]).tolist())
+        nodes = np.concatenate(parts)
+        return cls(nodes, ends, nodes.tobytes() + bytes(str(ends), "ascii"))
+
+    @property
+    def teeth(self) -> int:
+        """Number of teeth; 0 for a subtour cut."""
+        return len(self.ends) - 1
+
+    @property
+    def rhs(self) -> int:
+        """The right-hand side: 2, or 3 t + 1."""
+        return 3 * self.teeth + 1 if self.teeth else 2
+
+    @property
+    def sets(self) -> tuple[Nodes, ...]:
+        """The sets, a comb's handle first."""
+        return tuple(np.split(self.nodes, self.ends[:-1]))
+
+
+def smaller_side(nodes: Sequence[int] | Ints, size: int) -> Ints:
+    """The set or its complement, whichever is smaller: both have the same boundary."""
+    members = np.unique(np.asarray(nodes, np.int64))
+    if 2 * len(members) <= size:
+        return members
+    return np.setdiff1d(np.arange(size), members, assume_unique=True)
+
+
+@dataclass(frozen=True, eq=False)
+class Family:
+    """Many cuts as flat arrays: set s holds nodes[ptr[s]:ptr[s+1]] and belongs to cut owner[s]."""
+
+    owner: Ints
+    ptr: Ints
+    nodes: Nodes
+    count: int
+
+    @classmethod
+    def of(cls, cuts: Sequence[Cut]) -> Family:
+        """Flatten cuts in the given order."""
+        count = len(cuts)
+        if not count:
+            return cls(np.zeros(0, np.int64), np.zeros(1, np.int64), np.zeros(0, np.int32), 0)
+        nodes = np.concatenate([c.nodes for c in cuts])
+        owner = np.repeat(np.arange(count), [len(c.ends) for c in cuts])
+        offsets = np.cumsum([0] + [len(c.nodes) for c in cuts])
+        ptr = np.zeros(len(owner) + 1, np.int64)
+        ptr[1:] = np.concatenate([np.asarray(c.ends) for c in cuts]) + offsets[owner]
+        return cls(owner, ptr, nodes, count)
+
+    def membership(self, size: int) -> tuple[Ints, Ints]:
+        """For each node the ascending list of sets that hold it, as (ptr, sets)."""
+        sets = np.repeat(np.arange(len(self.owner)), np.diff(self.ptr))
+        order = np.argsort(self.nodes, kind="stable")
+        ptr = np.zeros(size + 1, np.int64)
+        ptr[1:] = np.cumsum(np.bincount(self.nodes, minlength=size))
+        return ptr, sets[order]
+
+
+@njit(cache=True)
+def boundary(
+    ptr: Ints, nodes: Nodes, adjacency: Ints, other: Ints, weight: NDArray[np.float64], size: int
+) -> NDArray[np.float64]:
+    """x(delta(S)) of every set, on a graph in adjacency form."""
+    count = len(ptr) - 1
+    value = np.zeros(count)
+    mark = np.full(size, -1, np.int64)
+    for s in range(count):
+        for k in range(ptr[s], ptr[s + 1]):
+            mark[nodes[k]] = s
+        total = 0.0
+        for k in range(ptr[s], ptr[s + 1]):
+            v = nodes[k]
+            for e in range(adjacency[v], adjacency[v + 1]):
+                if mark[other[e]] != s:
+                    total += weight[e]
+        value[s] = total
+    return value
+
+
+def rows(family: Family, i: Ints, j: Ints, size: int) -> tuple[Ints, Ints, Ints]:
+    """The cuts' coefficients on the columns ``i[k]``-``j[k]`` as CSR (ptr, column, value)."""
+    adjacency, other, column = adjacency_lists(i, j, size)
+    return _rows(
+        family.owner, family.ptr, family.nodes, family.count, adjacency, other, column, len(i), size
+    )
+
+
+@njit(cache=True)
+def adjacency_lists(i: Ints, j: Ints, size: int) -> tuple[Ints, Ints, Ints]:
+    """Neighbours of every node: (ptr, neighbour, index of the edge)."""
+    ptr = np.zeros(size + 1, np.int64)
+    for k in range(len(i)):
+        ptr[i[k] + 1] += 1
+        ptr[j[k] + 1] += 1
+    for v in range(size):
+        ptr[v + 1] += ptr[v]
+    fill = ptr[:-1].copy()
+    other = np.empty(2 * len(i), np.int64)
+    edge = np.empty(2 * len(i), np.int64)
+    for k in range(len(i)):
+        p, q = i[k], j[k]
+        other[fill[p]], edge[fill[p]] = q, k
+        fill[p] += 1
+        other[fill[q]], edge[fill[q]] = p, k
+        fill[q] += 1
+    return ptr, other, edge
+
+
+@njit(cache=True)
+def _rows(
+    owner: Ints,
+    ptr: Ints,
+    nodes: Nodes,
+    count: int,
+    adjacency: Ints,
+    other: Ints,
+    column: Ints,
+    columns: int,
+    size: int,
+) -> tuple[Ints, Ints, Ints]:
+    coefficient = np.zeros(columns, np.int64)
+    mark = np.full(size, -1, np.int64)
+    touched = np.empty(columns, np.int64)
+    start = np.zeros(count + 1, np.int64)
+    capacity = 1024
+    out_column = np.empty(capacity, np.int64)
+    out_value = np.empty(capacity, np.int64)
+    filled, s = 0, 0
+    for c in range(count):
+        used = 0
+        while s < len(owner) and owner[s] == c:
+            for k in range(ptr[s], ptr[s + 1]):
+                mark[nodes[k]] = s
+            for k in range(ptr[s], ptr[s + 1]):
+                v = nodes[k]
+                for e in range(adjacency[v], adjacency[v + 1]):
+                    if mark[other[e]] != s:
+                        if coefficient[column[e]] == 0:
+                            touched[used] = column[e]
+                            used += 1
+                        coefficient[column[e]] += 1
+            s += 1
+        while filled + used > capacity:
+            capacity *= 2
+            out_column = np.concatenate((out_column, np.empty_like(out_column)))
+            out_value = np.concatenate((out_value, np.empty_like(out_value)))
+        for t in range(used):
+            out_column[filled] = touched[t]
+            out_value[filled] = coefficient[touched[t]]
+            coefficient[touched[t]] = 0
+            filled += 1
+        start[c + 1] = filled
+    return start, out_column[:filled], out_value[:filled]
+
+
+@njit(cache=True)
+def columns(
+    owner: Ints, count: int, member_ptr: Ints, member: Ints, i: Ints, j: Ints
+) -> tuple[Ints, Ints, Ints]:
+    """The columns of new pairs in existing rows as CSC (ptr, row, value); rows 0..count-1."""
+    coefficient = np.zeros(count, np.int64)
+    touched = np.empty(count, np.int64)
+    start = np.zeros(len(i) + 1, np.int64)
+    capacity = 1024
+    out_row = np.empty(capacity, np.int64)
+    out_value = np.empty(capacity, np.int64)
+    filled = 0
+    for k in range(len(i)):
+        a, a_end = member_ptr[i[k]], member_ptr[i[k] + 1]
+        b, b_end = member_ptr[j[k]], member_ptr[j[k] + 1]
+        used = 0
+        while a < a_end or b < b_end:
+            if b == b_end or (a < a_end and member[a] < member[b]):
+                s = member[a]
+                a += 1
+            elif a == a_end or member[b] < member[a]:
+                s = member[b]
+                b += 1
+            else:
+                a += 1
+                b += 1
+                continue
+            row = owner[s]
+            if coefficient[row] == 0:
+                touched[used] = row
+                used += 1
+            coefficient[row] += 1
+        while filled + used > capacity:
+            capacity *= 2
+            out_row = np.concatenate((out_row, np.empty_like(out_row)))
+            out_value = np.concatenate((out_value, np.empty_like(out_value)))
+        for t in range(used):
+            out_row[filled] = touched[t]
+            out_value[filled] = coefficient[touched[t]]
+            coefficient[touched[t]] = 0
+            filled += 1
+        start[k + 1] = filled
+    return start, out_row[:filled], out_value[:filled]

@@ -1,0 +1,251 @@
+"""The loop at one node of the tree: solve, separate, price, until nothing helps.
+
+Pricing lowers the objective and cuts raise it, so their histories are kept
+apart: progress is measured afresh after every pricing.  A node is left only
+when its exact bound closes it, or when all pairs have been priced and cutting
+has stalled on a connected support graph.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from tcp.exact.branch_and_cut.combs import comb_cuts, fractional_handles
+from tcp.exact.branch_and_cut.cuts import Cut
+from tcp.exact.branch_and_cut.pool import Pool
+from tcp.exact.branch_and_cut.pricing import Prices
+from tcp.exact.branch_and_cut.problem import Problem
+from tcp.exact.branch_and_cut.proof import (
+    ADMITTED,
+    Alive,
+    Duals,
+    Fixings,
+    Verdict,
+    ceiling,
+    verdict,
+)
+from tcp.exact.branch_and_cut.relaxation import Answer, Relaxation, SetBranch
+from tcp.exact.branch_and_cut.subtours import component_cuts, interval_cuts, minimum_cuts
+from tcp.exact.branch_and_cut.support import Support
+from tcp.stop import Clock
+from tcp.travel import Ints
+
+WINDOW = 4
+"""Rounds over which progress is measured."""
+
+TAIL = 0.01
+"""Cutting stalls when a window of rounds closes less than this part of the gap."""
+
+COMBS_A_ROUND = 250
+"""Most combs that enter the LP at once."""
+
+POOLED_A_ROUND = 250
+"""Most cuts that come back from the pool at once."""
+
+
+@dataclass
+class Incumbent:
+    """The best tour known, and who wants to hear of better ones."""
+
+    problem: Problem
+    tour: Ints
+    cost: int | None = None
+    heard: Callable[[], None] = lambda: None
+
+    def offer(self, tour: Ints) -> bool:
+        """Take a tour if it respects the rules and is better."""
+        following = np.roll(tour, -1)
+        keys = self.problem.keys(tour, following)
+        if np.isin(keys, self.problem.forbidden).any():
+            return False
+        if not np.isin(self.problem.forced, keys).all():
+            return False
+        cost = int(self.problem.costs(tour, following).sum())
+        if self.cost is not None and cost >= self.cost:
+            return False
+        self.tour, self.cost = tour.copy(), cost
+        self.heard()
+        return True
+
+
+@dataclass
+class NodeResult:
+    """What a node of the tree came to.
+
+    ``closed``: its duals prove that no better tour is below.  ``infeasible``:
+    they prove that no tour is below at all.  Otherwise the node is to be
+    branched (or time ran out) and ``duals`` prove ``bound``.
+    """
+
+    duals: Duals | None
+    bound: int | None
+    closed: bool = False
+    infeasible: bool = False
+    stopped: bool = False
+
+
+@dataclass
+class Cutter:
+    """Everything that cutting at a node needs; lives as long as the search."""
+
+    problem: Problem
+    lp: Relaxation
+    incumbent: Incumbent
+    clock: Clock
+    pool: Pool = field(default_factory=Pool)
+    alive: Alive = field(default_factory=Alive.everything)
+    listen: Callable[[int | None, str], None] = lambda bound, note: None
+    improve: Callable[[Support], None] = lambda support: None
+    rounds: int = 0
+
+    # -- the loop ----------------------------------------------------------
+
+    def process(
+        self, fixings: Fixings, branches: Sequence[SetBranch], tail: float = TAIL
+    ) -> NodeResult:
+        """Cut and price until the node closes or nothing helps; the LP is already entered."""
+        best: tuple[float, Duals | None, int | None] = (-np.inf, None, None)
+        history: list[float] = []
+        while True:
+            answer = self.lp.solve(self.clock.remaining)
+            self.rounds += 1
+            if answer is Answer.INFEASIBLE:
+                result = self._infeasible(fixings)
+                if result is not None:
+                    return result
+                history.clear()
+                continue
+            stop = answer is Answer.LIMIT or self.clock.reason() is not None
+            support = None if answer is Answer.LIMIT else self._support()
+            if support is not None and not stop and not self._reached():
+                if self._separate(support, history, tail):
+                    continue
+                self._offer_integral(support)
+            if answer is Answer.LIMIT:
+                return NodeResult(best[1], best[2], stopped=True)
+            duals = self.lp.duals()
+            found = verdict(self.problem, duals, fixings, self.alive)
+            value = found.scaled / duals.scale
+            if value > best[0]:
+                bound = ceiling(found.scaled, duals.scale, self.problem.granularity)
+                best = (value, duals, bound)
+                self.listen(bound, "")
+            if self._closes(best[2]):
+                return NodeResult(best[1], best[2], closed=True)
+            if stop:
+                return NodeResult(best[1], best[2], stopped=True)
+            if not self._admit(found):
+                return NodeResult(best[1], best[2])
+            history.clear()
+
+    def _support(self) -> Support:
+        return Support.of(self.problem.size, self.lp.i, self.lp.j, self.lp.x)
+
+    def _closes(self, bound: int | None) -> bool:
+        cost = self.incumbent.cost
+        return cost is not None and bound is not None and bound >= cost
+
+    def _reached(self) -> bool:
+        """Whether the LP's value, were it exact, would close the node."""
+        cost = self.incumbent.cost
+        if cost is None:
+            return False
+        return self.lp.objective > cost - self.problem.granularity * (1.0 - 1e-3)
+
+    def _infeasible(self, fixings: Fixings) -> NodeResult | None:
+        """Prove the node empty, or price in pairs that make its LP feasible (then None)."""
+        duals = self.lp.ray()
+        found = verdict(self.problem, duals, fixings, self.alive)
+        if found.scaled > 0:
+            return NodeResult(duals, None, closed=True, infeasible=True)
+        if not self._admit(found):
+            raise ArithmeticError("the LP is infeasible, but its ray proves nothing")
+        return None
+
+    def _admit(self, found: Verdict) -> bool:
+        """Enter the pairs of negative reduced cost; False if there are none worth it."""
+        keys = self.problem.keys(found.i, found.j)
+        fresh = self.lp.columns_of(keys) < 0
+        keys = keys[fresh][:ADMITTED]
+        if not len(keys):
+            return False
+        self.lp.add_pairs(keys)
+        return True
+
+    # -- separation ----------------------------------------------------------
+
+    def _separate(self, support: Support, history: list[float], tail: float) -> bool:
+        """Add cuts; False if there are none, or if they have stopped to help."""
+        apart = component_cuts(support)
+        if apart:
+            self.pool.add(apart)
+            return self._enter(apart)
+        history.append(self.lp.objective)
+        if self._stalled(history, tail):
+            return False
+        if self._price_neighbours():
+            history.clear()
+            return True
+        cuts = self.pool.violated(support, 0.05, POOLED_A_ROUND)
+        subtours = interval_cuts(support, self.incumbent.tour)
+        if len(subtours) < 10:
+            subtours += minimum_cuts(support)
+        cuts += subtours
+        if len(subtours) < 10:
+            cuts += self._combs(support)
+        self.improve(support)
+        return self._enter(cuts)
+
+    def _enter(self, cuts: Sequence[Cut]) -> bool:
+        self.pool.add(self.lp.age())
+        return self.lp.add_cuts(cuts) > 0
+
+    def _combs(self, support: Support) -> list[Cut]:
+        handles = fractional_handles(support)
+        found = comb_cuts(support, self.incumbent.tour, handles)
+        return [cut for _, cut in found[:COMBS_A_ROUND]]
+
+    def _stalled(self, history: list[float], tail: float) -> bool:
+        if len(history) <= WINDOW:
+            return False
+        cost = self.incumbent.cost
+        value = history[-1]
+        gap = max(cost - value, 0.0) if cost is not None else abs(value) * 0.01
+        return value - history[-1 - WINDOW] < tail * gap
+
+    def _price_neighbours(self) -> bool:
+        """Enter candidate pairs of negative reduced cost, while there are no eliminations."""
+        if self.alive.keys is not None:
+            keys, i, j, cost = self.alive.keys, self.alive.i, self.alive.j, self.alive.cost
+        else:
+            keys = self.problem.neighbours
+            i, j = self.problem.pairs(keys)
+            cost = self.problem.costs(i, j)
+        missing = np.nonzero(self.lp.columns_of(keys) < 0)[0]
+        prices: Prices = self.lp.duals().prices(self.problem)
+        rc = prices.of(i[missing], j[missing], cost[missing])
+        order = np.argsort(rc, kind="stable")
+        order = order[rc[order] < -prices.scale * self.lp.unit * 1e-6][:ADMITTED]
+        if not len(order):
+            return False
+        self.lp.add_pairs(keys[missing[order]])
+        return True
+
+    def _offer_integral(self, support: Support) -> None:
+        """If the LP solution is a tour, offer it."""
+        if len(support.x) == self.problem.size and (support.x > 1.0 - 1e-6).all():
+            self.incumbent.offer(tour_of(support))
+
+
+def tour_of(support: Support) -> Ints:
+    """The cyclic order of a support graph that is one tour."""
+    tour = np.empty(support.size, np.int64)
+    before, at = -1, 0
+    for k in range(support.size):
+        tour[k] = at
+        first, second = support.other[support.ptr[at] : support.ptr[at + 1]]
+        before, at = at, int(second if first == before else first)
+    return tour

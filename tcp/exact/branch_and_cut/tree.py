@@ -1,0 +1,213 @@
+"""The search: best bound first, diving from there, until every node is closed.
+
+Nodes live in one list, so that the finished tree is the certificate's tree.
+The process is deterministic: time only decides where it stops.
+"""
+
+from __future__ import annotations
+
+import heapq
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from tcp.exact.branch_and_cut.branching import Brancher, Decision
+from tcp.exact.branch_and_cut.cutting import Cutter, NodeResult
+from tcp.exact.branch_and_cut.proof import Alive, Duals, Fixings, survivors, verdict
+from tcp.exact.branch_and_cut.relaxation import SetBranch, Snapshot
+from tcp.exact.branch_and_cut.support import Support
+
+FEW = 60
+"""Eliminated instances keep at most this many pairs a node; otherwise none is eliminated."""
+
+
+@dataclass(eq=False)
+class Node:
+    """A node of the search tree.
+
+    ``duals`` prove ``bound`` (they may be the parent's).  A node with a
+    ``decision`` has two children: x = 0 and 1, or x(delta(S)) = 2 and >= 4.
+    """
+
+    fixings: Fixings
+    branches: tuple[SetBranch, ...]
+    bound: int
+    duals: Duals | None
+    depth: int = 0
+    snapshot: Snapshot | None = None
+    closed: bool = False
+    infeasible: bool = False
+    decision: Decision | None = None
+    children: tuple[int, ...] = ()
+
+
+@dataclass
+class Tree:
+    """The search over one problem.
+
+    Parameters
+    ----------
+    cutter : Cutter
+        Processes single nodes.
+    news : callable
+        Told the global bound and the number of open nodes.
+    saved : callable
+        Called between nodes; may write a snapshot of the search.
+    """
+
+    cutter: Cutter
+    news: Callable[[int, int], None] = lambda bound, open_nodes: None
+    saved: Callable[[Tree], None] = lambda tree: None
+    nodes: list[Node] = field(default_factory=list)
+    fixes: list[Duals] = field(default_factory=list)
+    heap: list[tuple[int, int, int]] = field(default_factory=list)
+    root_duals: Duals | None = None
+    root_scaled: int = 0
+    stopped: bool = False
+
+    def __post_init__(self) -> None:
+        self.brancher = Brancher(self.cutter.lp)
+        self._at: int | None = None
+        if not self.nodes:
+            self._open(Node(Fixings.root(self.cutter.problem), (), 0, None))
+
+    @property
+    def bound(self) -> int | None:
+        """The least bound of an open node; None when all are closed."""
+        return min((self.nodes[k].bound for _, _, k in self.heap), default=None)
+
+    def run(self) -> None:
+        """Search until all nodes are closed or the clock says stop."""
+        following: int | None = None
+        while self.heap and not self.stopped:
+            following = self._step(following)
+            self.saved(self)
+
+    # -- one node ------------------------------------------------------------
+
+    def _step(self, following: int | None) -> int | None:
+        """Process one node; returns the child to dive into."""
+        self._prune()
+        at = self._take(following)
+        if at is None:
+            return None
+        node, cutter = self.nodes[at], self.cutter
+        keys = cutter.alive.keys
+        cutter.lp.enter(node.fixings, node.branches, keys)
+        if node.snapshot is not None and following is None:
+            cutter.lp.restore(node.snapshot)
+        before = cutter.incumbent.cost
+        result = cutter.process(node.fixings, node.branches)
+        self._record(node, result)
+        if at == 0 and result.duals is not None and not result.infeasible:
+            self.root_duals = result.duals
+        if at == 0 or cutter.incumbent.cost != before:
+            self.eliminate()
+        if result.stopped:
+            self.stopped = True
+            heapq.heappush(self.heap, (node.bound, node.depth, at))
+            return None
+        if node.closed:
+            self._report()
+            return None
+        return self._branch(at)
+
+    def _take(self, following: int | None) -> int | None:
+        if not self.heap:
+            return None
+        if following is not None:
+            for position, (_, _, k) in enumerate(self.heap):
+                if k == following:
+                    self.heap[position] = self.heap[-1]
+                    self.heap.pop()
+                    heapq.heapify(self.heap)
+                    return k
+        return heapq.heappop(self.heap)[2]
+
+    def _record(self, node: Node, result: NodeResult) -> None:
+        node.closed, node.infeasible = result.closed, result.infeasible
+        if result.infeasible or (
+            result.duals is not None
+            and result.bound is not None
+            and (node.duals is None or result.bound > node.bound or result.closed)
+        ):
+            node.duals = result.duals
+            node.bound = node.bound if result.bound is None else max(node.bound, result.bound)
+
+    def _prune(self) -> None:
+        """Close open nodes whose known bound reaches a better incumbent."""
+        cost = self.cutter.incumbent.cost
+        if cost is None:
+            return
+        keep = []
+        for entry in self.heap:
+            node = self.nodes[entry[2]]
+            if node.bound >= cost and node.duals is not None:
+                node.closed = True
+            else:
+                keep.append(entry)
+        if len(keep) < len(self.heap):
+            self.heap = keep
+            heapq.heapify(self.heap)
+
+    # -- branching -------------------------------------------------------------
+
+    def _branch(self, at: int) -> int | None:
+        node, cutter = self.nodes[at], self.cutter
+        lp = cutter.lp
+        support = Support.of(cutter.problem.size, lp.i, lp.j, lp.x)
+        cost = cutter.incumbent.cost
+        cutoff = lp.objective * 1.01 + 1 if cost is None else float(cost)
+        decision = self.brancher.choose(support, cutter.incumbent.tour, cutoff)
+        if decision is None:
+            raise ArithmeticError("an integral LP solution that neither closes its node nor is new")
+        snapshot = lp.snapshot()
+        node.decision = decision
+        first = len(self.nodes)
+        node.children = (first, first + 1)
+        for side in (0, 1):
+            fixings, branches = node.fixings, node.branches
+            if decision.cut is None:
+                fixings = fixings.with_pair(decision.key, side)
+            else:
+                others = tuple(b for b in branches if b.cut.key != decision.cut.key)
+                branches = (*others, SetBranch(decision.cut, bool(side)))
+            child = Node(fixings, branches, node.bound, node.duals, node.depth + 1, snapshot)
+            self._open(child)
+        node.snapshot = None
+        self._report()
+        return first + int(decision.gains[1] < decision.gains[0])
+
+    def _open(self, node: Node) -> None:
+        self.nodes.append(node)
+        heapq.heappush(self.heap, (node.bound, node.depth, len(self.nodes) - 1))
+
+    def _report(self) -> None:
+        bound = self.bound
+        if bound is None:
+            bound = self.cutter.incumbent.cost
+        if bound is not None:
+            self.news(bound, len(self.heap))
+
+    # -- elimination -------------------------------------------------------------
+
+    def eliminate(self) -> None:
+        """Drop all pairs that the root's duals exclude from every better tour."""
+        cutter, duals = self.cutter, self.root_duals
+        cost = cutter.incumbent.cost
+        if duals is None or cost is None:
+            return
+        problem = cutter.problem
+        scaled = verdict(problem, duals, Fixings.root(problem), cutter.alive).scaled
+        need = cost - problem.granularity
+        keys = survivors(problem, duals, scaled, need, cutter.alive, FEW * problem.size)
+        if keys is None:
+            return
+        keys = np.union1d(keys, problem.forced)
+        if cutter.alive.keys is not None and len(keys) == len(cutter.alive.keys):
+            return
+        if not any(duals is d for d in self.fixes):
+            self.fixes.append(duals)
+        cutter.alive = Alive.of(problem, keys)
+        cutter.lp.remove_pairs(keys)
