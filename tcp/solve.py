@@ -40,6 +40,9 @@ class Entry:
 
 SOLVERS: Mapping[str, Entry] = {
     "held-karp": Entry("tcp.exact.held_karp", exact=True, libraries=("numba",)),
+    "branch-and-cut": Entry(
+        "tcp.exact.branch_and_cut.run", exact=True, libraries=("highspy", "numba", "scipy")
+    ),
     "cp-sat": Entry("tcp.exact.cp_sat", exact=True, libraries=("ortools",)),
     "local-search": Entry("tcp.heuristics.local_search", exact=False, libraries=("numba",)),
     "routing": Entry("tcp.exact.routing", exact=True, libraries=("ortools",)),

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from tcp.exact.branch_and_cut.combs import Teeth
+from tcp.exact.branch_and_cut.combs import by_position, light_intervals
 from tcp.exact.branch_and_cut.cuts import Cut, Family, boundary, smaller_side
 from tcp.exact.branch_and_cut.relaxation import Relaxation, SetBranch
 from tcp.exact.branch_and_cut.support import Support
@@ -103,12 +103,9 @@ class Brancher:
                 for part in cut.sets:
                     single = Cut.of([smaller_side(part, support.size)])
                     candidates[single.key] = single
-        teeth = Teeth.of(support, tour, light=3.3)
-        near = np.nonzero(teeth.weight > -0.3)[0]
-        ends = np.searchsorted(teeth.ptr, near, side="right") - 1
-        order = np.argsort(np.abs(teeth.weight[near]), kind="stable")[:40]
-        for t, b in zip(near[order], ends[order], strict=True):
-            single = Cut.of([smaller_side(tour[teeth.start[t] : b + 1], support.size)])
+        first, last, weight = light_intervals(by_position(support, tour), light=3.3)
+        for t in np.argsort(np.abs(weight), kind="stable")[:40]:
+            single = Cut.of([smaller_side(tour[first[t] : last[t] + 1], support.size)])
             candidates[single.key] = single
         listed = list(candidates.values())
         family = Family.of(listed)

@@ -58,7 +58,8 @@ class Cut:
     @property
     def sets(self) -> tuple[Nodes, ...]:
         """The sets, a comb's handle first."""
-        return tuple(np.split(self.nodes, self.ends[:-1]))
+        starts = (0, *self.ends[:-1])
+        return tuple(self.nodes[a:b] for a, b in zip(starts, self.ends, strict=True))
 
 
 def smaller_side(nodes: Sequence[int] | Ints, size: int) -> Ints:

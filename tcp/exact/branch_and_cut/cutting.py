@@ -13,8 +13,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from tcp.exact.branch_and_cut.combs import comb_cuts, fractional_handles
+from tcp.exact.branch_and_cut.combs import comb_cuts
 from tcp.exact.branch_and_cut.cuts import Cut
+from tcp.exact.branch_and_cut.handles import fractional_handles
 from tcp.exact.branch_and_cut.pool import Pool
 from tcp.exact.branch_and_cut.pricing import Prices
 from tcp.exact.branch_and_cut.problem import Problem
@@ -33,10 +34,10 @@ from tcp.exact.branch_and_cut.support import Support
 from tcp.stop import Clock
 from tcp.travel import Ints
 
-WINDOW = 4
+WINDOW = 12
 """Rounds over which progress is measured."""
 
-TAIL = 0.01
+TAIL = 0.001
 """Cutting stalls when a window of rounds closes less than this part of the gap."""
 
 COMBS_A_ROUND = 250
@@ -205,6 +206,8 @@ class Cutter:
 
     def _combs(self, support: Support) -> list[Cut]:
         handles = fractional_handles(support)
+        known = {c.sets[0].tobytes(): c.sets[0] for c, slack in zip(self.lp.cuts, self.lp.slack, strict=True) if c.teeth and slack < 0.5}
+        handles += list(known.values())
         found = comb_cuts(support, self.incumbent.tour, handles)
         return [cut for _, cut in found[:COMBS_A_ROUND]]
 

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from tcp.exact.branch_and_cut.proof import Duals
-from tcp.exact.branch_and_cut.tree import Tree
+from tcp.exact.branch_and_cut.tree import Node, Tree
 from tcp.files import certificate as files
 from tcp.instance import Instance
 
@@ -46,18 +46,17 @@ def certificate(
                 nodes = pool.set(node.decision.cut.nodes.tolist())
                 written[place[k]] = files.SetBranch(nodes, first, second)
         else:
-            duals = node.duals
-            written[place[k]] = files.Leaf(
-                nothing(pool, tree.cutter.problem.size) if duals is None else _duals(pool, duals)
-            )
+            written[place[k]] = files.Leaf(_leaf(pool, node, tree.cutter.problem.size))
     return files.Certificate.for_instance(
         instance, lower=lower, route=route, pool=pool, tree=[w for w in written if w is not None]
     )
 
 
-def nothing(pool: files.Pool, size: int) -> files.Duals:
-    """The multipliers that prove that costs are not negative."""
-    return files.Duals(1, np.zeros(size, np.int64))
+def _leaf(pool: files.Pool, node: Node, size: int) -> files.Duals | None:
+    """A node's evidence: its duals, a contradiction (None), or that costs are not negative."""
+    if node.duals is not None:
+        return _duals(pool, node.duals)
+    return None if node.fixings.contradict else files.Duals(1, np.zeros(size, np.int64))
 
 
 def trivial(instance: Instance, route: Sequence[int] | None) -> files.Certificate:

@@ -119,6 +119,14 @@ class Problem:
         keys = np.unique(np.concatenate(found))
         return keys[~np.isin(keys, self.forbidden)]
 
+    @cached_property
+    def nearest(self) -> Ints:
+        """Keys of the few nearest pairs of every node: columns to begin with."""
+        if self.form.matrix is not None or self.form.real < 8:
+            return self.neighbours[self.neighbours // self.size < self.form.real]
+        keys = np.unique(self._near(5)[0])
+        return keys[~np.isin(keys, self.forbidden)]
+
     def _near(self, k: int) -> list[Ints]:
         from scipy.spatial import cKDTree
 

@@ -94,8 +94,13 @@ class Fixings:
 
     @classmethod
     def root(cls, problem: Problem) -> Fixings:
-        """What the instance itself demands; a pair both forced and forbidden stays in both."""
+        """What the instance itself demands."""
         return cls(problem.forced, problem.forbidden)
+
+    @property
+    def contradict(self) -> bool:
+        """Whether a pair must be both in and out: no tour is left."""
+        return bool(np.isin(self.inside, self.outside).any())
 
     def with_pair(self, key: int, value: int) -> Fixings:
         """One more pair decided."""
@@ -166,16 +171,15 @@ def verdict(problem: Problem, duals: Duals, fixings: Fixings, alive: Alive) -> V
     total += int(negative)
     out, inside = np.isin(keys, fixings.outside), np.isin(keys, fixings.inside)
     total -= int(rc[out | inside].sum())
-    total += _inside(problem, prices, fixings, alive)
+    total += _inside(problem, prices, fixings)
     free = np.nonzero(~out & ~inside)[0]
     order = free[np.argsort(rc[free], kind="stable")]
     return Verdict(total, i[order], j[order], rc[order])
 
 
-def _inside(problem: Problem, prices: Prices, fixings: Fixings, alive: Alive) -> int:
-    """Contribution of the pairs that are in; one that is also out contradicts, and adds 0."""
-    keys = fixings.inside[~np.isin(fixings.inside, fixings.outside)]
-    i, j = problem.pairs(keys)
+def _inside(problem: Problem, prices: Prices, fixings: Fixings) -> int:
+    """Contribution of the pairs that are in."""
+    i, j = problem.pairs(fixings.inside)
     return int(prices.of(i, j, problem.costs(i, j)).sum())
 
 

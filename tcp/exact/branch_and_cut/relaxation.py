@@ -404,6 +404,7 @@ def highs() -> highspy.Highs:
         "solver": "simplex",
         "threads": 1,
         "simplex_scale_strategy": 0,
+        "simplex_dual_edge_weight_strategy": 1,
         "primal_feasibility_tolerance": 1e-9,
         "dual_feasibility_tolerance": 1e-9,
     }.items():

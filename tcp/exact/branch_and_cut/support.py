@@ -81,7 +81,9 @@ def find(root: Ints, v: int) -> int:
     return v
 
 
-def groups(label: Ints) -> list[Ints]:
-    """The nodes of every label, in the labels' order."""
+def groups(label: Ints, least: int = 1) -> list[Ints]:
+    """The nodes of every label, in the labels' order; only groups of at least ``least``."""
     order = np.argsort(label, kind="stable")
-    return np.split(order, np.cumsum(np.bincount(label))[:-1])
+    ends = np.cumsum(np.bincount(label))
+    starts = np.concatenate(([0], ends[:-1]))
+    return [order[starts[k] : ends[k]] for k in np.nonzero(ends - starts >= least)[0]]

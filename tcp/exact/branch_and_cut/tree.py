@@ -181,6 +181,10 @@ class Tree:
 
     def _open(self, node: Node) -> None:
         self.nodes.append(node)
+        if node.fixings.contradict:
+            node.closed = node.infeasible = True
+            node.duals = None
+            return
         heapq.heappush(self.heap, (node.bound, node.depth, len(self.nodes) - 1))
 
     def _report(self) -> None:

@@ -1,0 +1,145 @@
+"""The solver ``branch-and-cut``: start route, search, route and certificate."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from tcp.exact.branch_and_cut.cutting import Cutter, Incumbent
+from tcp.exact.branch_and_cut.evidence import certificate, trivial
+from tcp.exact.branch_and_cut.primal import repair, start
+from tcp.exact.branch_and_cut.problem import Problem
+from tcp.exact.branch_and_cut.relaxation import Relaxation
+from tcp.exact.branch_and_cut.support import Support
+from tcp.exact.branch_and_cut.tree import Tree
+from tcp.instance import Instance
+from tcp.result import Outcome, Progress, Report
+from tcp.stop import Clock, StopReason
+
+LARGEST = 20_000
+"""Most nodes: beyond, a single pricing of all pairs takes seconds."""
+
+
+def refusal(instance: Instance) -> str | None:
+    """Why the engine cannot take an instance, or None."""
+    if instance.form.size > LARGEST:
+        return f"it takes up to {LARGEST} nodes; tcp bound gives a lower bound for more"
+    return None
+
+
+def run(
+    instance: Instance,
+    *,
+    rng: np.random.Generator,
+    clock: Clock,
+    report: Report,
+) -> Outcome:
+    """Find a shortest route and prove it; see :func:`tcp.solve.solve`."""
+    if instance.form.size <= 2:
+        return _tiny(instance)
+    return _Engine(instance, clock, report).run(rng)
+
+
+def _tiny(instance: Instance) -> Outcome:
+    """One or two nodes: at most one tour."""
+    if instance.form.forbidden:
+        return Outcome(route=None, infeasible=True, evidence=trivial(instance, None))
+    route = instance.route(range(instance.form.size))
+    cost = instance.cost(route)
+    return Outcome(route=route, bound=cost, evidence=trivial(instance, route))
+
+
+@dataclass
+class _Engine:
+    """One run: wires the parts together and streams the news."""
+
+    instance: Instance
+    clock: Clock
+    report: Report
+    bound: int | None = None
+    open_nodes: int = 1
+    details: dict[str, object] = field(default_factory=dict)
+
+    def run(self, rng: np.random.Generator) -> Outcome:
+        problem = Problem.of(self.instance)
+        tour = start(problem, rng, self.clock)
+        identity = np.arange(problem.size)
+        self.incumbent = Incumbent(problem, identity if tour is None else tour)
+        self.incumbent.heard = self._heard
+        if tour is not None:
+            self.incumbent.offer(tour)
+        lp = Relaxation(problem, first_pairs(problem, self.incumbent.tour), unit_of(problem))
+        cutter = Cutter(problem, lp, self.incumbent, self.clock)
+        cutter.improve = lambda support: repair(problem, self.incumbent, support)
+        cutter.listen = self._proved_here
+        self.tree = Tree(cutter, news=self._proved)
+        self.tree.run()
+        return self._outcome()
+
+    # -- news --------------------------------------------------------------
+
+    def _heard(self) -> None:
+        self._tell("route")
+
+    def _proved_here(self, bound: int | None, note: str) -> None:
+        """A bound at one node: it holds for all only while that node is the root."""
+        if len(self.tree.nodes) == 1 and bound is not None:
+            self._proved(bound, 1)
+
+    def _proved(self, bound: int, open_nodes: int) -> None:
+        self.open_nodes = open_nodes
+        cost = self.incumbent.cost
+        bound = bound if cost is None else min(bound, cost)
+        if self.bound is None or bound > self.bound:
+            self.bound = bound
+            self._tell("bound")
+        else:
+            self._tell("")
+
+    def _tell(self, note: str) -> None:
+        cost = self.incumbent.cost
+        done = len(self.tree.nodes) if hasattr(self, "tree") else 0
+        text = f"{note} ({self.open_nodes} open nodes)".strip()
+        self.report(Progress(self.clock.elapsed, cost, self.bound, done, text))
+
+    # -- the end -------------------------------------------------------------
+
+    def _outcome(self) -> Outcome:
+        tree, cost = self.tree, self.incumbent.cost
+        route = None if cost is None else self.instance.route(self.incumbent.tour)
+        bound = cost if not tree.heap else max(0, tree.bound or 0)
+        if cost is not None and bound is not None:
+            bound = min(bound, cost)
+        infeasible = cost is None and not tree.heap
+        lp = tree.cutter.lp
+        return Outcome(
+            route=route,
+            bound=None if infeasible else bound,
+            stopped=(self.clock.reason() or StopReason.TIME) if tree.heap else StopReason.COMPLETED,
+            infeasible=infeasible,
+            details={
+                "nodes": len(tree.nodes),
+                "rounds": tree.cutter.rounds,
+                "simplex_iterations": lp.iterations,
+                "rows": len(lp.cuts),
+                "columns": len(lp.keys),
+                "alive_pairs": None if tree.cutter.alive.keys is None else len(lp.keys),
+            },
+            evidence=certificate(self.instance, tree, None if infeasible else bound, route),
+        )
+
+
+def first_pairs(problem: Problem, tour: np.ndarray) -> np.ndarray:
+    """Columns to begin with: the tour's pairs, the forced ones, and a few nearest neighbours."""
+    found = [problem.keys(tour, np.roll(tour, -1)), problem.forced]
+    found.append(problem.neighbours if problem.size < 200 else problem.nearest)
+    return np.unique(np.concatenate(found))
+
+
+def unit_of(problem: Problem) -> float:
+    """Quanta to the unit of LP costs: the power of two that puts short pairs near 64 units."""
+    i, j = problem.pairs(problem.nearest)
+    cost = problem.costs(i, j)
+    typical = float(cost[cost > 0].mean()) if (cost > 0).any() else 1.0
+    return float(2.0 ** round(np.log2(typical / 64.0)))
