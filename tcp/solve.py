@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 from importlib import import_module
 from importlib.metadata import PackageNotFoundError, version
 from numbers import Integral, Real
+from pathlib import Path
 from types import FrameType, ModuleType
 from typing import Any
 
@@ -67,6 +68,7 @@ def solve(
     seed: int = 0,
     exact: bool = False,
     report: Report = silent,
+    certificate: str | Path | None = None,
     **options: Any,
 ) -> Result:
     """Solve an instance and check the answer.
@@ -85,6 +87,11 @@ def solve(
         Ask for a proof: refuses solvers that cannot give one.
     report : callable
         Receives :class:`Progress` while the solver runs.
+    certificate : path, optional
+        Write the proof here (gzipped if the name ends in ``.gz``).  A solver
+        without evidence of its own is followed by the proof engine, which
+        starts from its route.  The file appears only once the independent
+        checker has verified it.
     **options
         The solver's own options.
 
@@ -110,9 +117,68 @@ def solve(
         outcome: Outcome = module.run(
             instance, rng=np.random.default_rng(seed), clock=clock, report=trace, **options
         )
+        if certificate is not None and outcome.evidence is None:
+            outcome = _with_evidence(instance, name, outcome, seed, clock, trace)
     if why:
         outcome = replace(outcome, details={"auto": f"{name}: {why}", **outcome.details})
-    return _checked(instance, name, entry, outcome, seed, clock.elapsed, tuple(trace.kept))
+    result = _checked(instance, name, entry, outcome, seed, clock.elapsed, tuple(trace.kept))
+    if certificate is None or outcome.evidence is None:
+        return result
+    return _certified(result, outcome.evidence, Path(certificate))
+
+
+ENGINE = "branch-and-cut"
+"""Who proves what other solvers found."""
+
+
+def _with_evidence(
+    instance: Instance, name: str, outcome: Outcome, seed: int, clock: Clock, report: Report
+) -> Outcome:
+    """A solver's outcome with a certificate that the proof engine made, starting from its route."""
+    module = import_module(SOLVERS[ENGINE].module)
+    if name == ENGINE or module.refusal(instance):
+        return outcome
+    proved: Outcome = module.run(
+        instance,
+        rng=np.random.default_rng(seed),
+        clock=clock,
+        report=report,
+        start_route=outcome.route,
+    )
+    better = outcome.route is None or (
+        proved.route is not None and instance.cost(proved.route) < instance.cost(outcome.route)
+    )
+    bounds = [b for b in (outcome.bound, proved.bound) if b is not None]
+    return replace(
+        outcome,
+        route=proved.route if better else outcome.route,
+        bound=max(bounds, default=None),
+        infeasible=outcome.infeasible or proved.infeasible,
+        details={**outcome.details, "proof engine": dict(proved.details)},
+        evidence=proved.evidence,
+    )
+
+
+def _certified(result: Result, evidence: Any, path: Path) -> Result:
+    """Write the evidence, have the checker verify the file, and only then give it its name."""
+    from tcp.files.certificate import write
+    from tcp.validate import certificate as checker
+    from tcp.validate.restated import Failure
+
+    suffix = ".checking.gz" if path.suffix == ".gz" else ".checking"
+    draft = write(evidence, path.with_name(path.name + suffix))
+    try:
+        verdict = checker.check(checker.unzip(draft), None, result.instance.sha256)
+    except Failure as failure:
+        draft.unlink()
+        raise SolverError(f"{result.solver} wrote a certificate that fails: {failure}") from None
+    draft.replace(path)
+    proved = (
+        result.status is Status.INFEASIBLE
+        if verdict.lower is None
+        else sharpen(result.instance, verdict.lower) == result.bound
+    )
+    return replace(result, certificate=path, proof=Proof.CERTIFIED if proved else result.proof)
 
 
 SMALL = 12

@@ -79,7 +79,7 @@ class Brancher:
         scores = off[fractional] + 1e-3 * (known[fractional] > 0)
         order = fractional[np.argsort(-scores, kind="stable")]
         chosen = [int(k) for k in keys[order[:EDGES]]]
-        old = [k for k in fractional[np.argsort(-known[fractional], kind="stable")][: EDGES // 2]]
+        old = fractional[np.argsort(-known[fractional], kind="stable")][: EDGES // 2]
         chosen[EDGES // 2 :] = [int(keys[k]) for k in old if known[k] > 0] + chosen[EDGES // 2 :]
         return list(dict.fromkeys(chosen))[:EDGES]
 

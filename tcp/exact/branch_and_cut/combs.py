@@ -51,11 +51,11 @@ Flags = NDArray[np.bool_]
 class Teeth(NamedTuple):
     """Minimal light intervals around every position.
 
-    Row s lists ``count[s]`` intervals [first, last] with first < s <= last and
+    Row s lists ``number[s]`` intervals [first, last] with first < s <= last and
     their weights x(delta(T)) - 3, no one containing another as light.
     """
 
-    count: Ints
+    number: Ints
     first: Ints
     last: Ints
     weight: Floats
@@ -191,7 +191,7 @@ def best_teeth(switches: Ints, teeth: Teeth, room: Room) -> float:
     first, last, weight, best, chosen = room.first, room.last, room.weight, room.best, room.chosen
     used = 0
     for s in switches:
-        for k in range(teeth.count[s]):
+        for k in range(teeth.number[s]):
             a, b, w = teeth.first[s, k], teeth.last[s, k], teeth.weight[s, k]
             at = used
             while at > 0 and last[at - 1] > b:
@@ -278,9 +278,7 @@ def _flip_gain(graph: Graph, inside: Flags, v: int) -> float:
 
 
 @njit(cache=True)
-def climb(
-    graph: Graph, teeth: Teeth, inside: Flags, steps: int, room: Room
-) -> tuple[float, Flags]:
+def climb(graph: Graph, teeth: Teeth, inside: Flags, steps: int, room: Room) -> tuple[float, Flags]:
     """The most violated handle within a few single moves of ``inside``, and its violation."""
     size = len(inside)
     switches, trial = np.empty(size + 2, np.int64), np.empty(size + 2, np.int64)

@@ -62,7 +62,7 @@ class Cut:
         return tuple(self.nodes[a:b] for a, b in zip(starts, self.ends, strict=True))
 
 
-def smaller_side(nodes: Sequence[int] | Ints, size: int) -> Ints:
+def smaller_side(nodes: Sequence[int] | Ints | Nodes, size: int) -> Ints:
     """The set or its complement, whichever is smaller: both have the same boundary."""
     members = np.unique(np.asarray(nodes, np.int64))
     if 2 * len(members) <= size:

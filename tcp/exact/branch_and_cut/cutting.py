@@ -43,6 +43,9 @@ TAIL = 0.001
 COMBS_A_ROUND = 250
 """Most combs that enter the LP at once."""
 
+KNOWN = 0.3
+"""Handles of combs in the LP with less slack than this are tried again."""
+
 POOLED_A_ROUND = 250
 """Most cuts that come back from the pool at once."""
 
@@ -206,8 +209,9 @@ class Cutter:
 
     def _combs(self, support: Support) -> list[Cut]:
         handles = fractional_handles(support)
-        known = {c.sets[0].tobytes(): c.sets[0] for c, slack in zip(self.lp.cuts, self.lp.slack, strict=True) if c.teeth and slack < 0.5}
-        handles += list(known.values())
+        for cut, slack in zip(self.lp.cuts, self.lp.slack.tolist(), strict=True):
+            if cut.teeth and slack < KNOWN:
+                handles.append(cut.sets[0].astype(np.int64))
         found = comb_cuts(support, self.incumbent.tour, handles)
         return [cut for _, cut in found[:COMBS_A_ROUND]]
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 
 import numpy as np
 
@@ -24,7 +24,7 @@ class Pool:
     def __len__(self) -> int:
         return len(self._cuts)
 
-    def __iter__(self) -> Iterable[Cut]:  # type: ignore[override]
+    def __iter__(self) -> Iterator[Cut]:
         return iter(self._cuts.values())
 
     def add(self, cuts: Iterable[Cut]) -> None:

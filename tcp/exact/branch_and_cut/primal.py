@@ -1,22 +1,94 @@
-"""Routes: a start, and repairs of LP solutions."""
+"""Routes: a start from the local search, and repairs of LP solutions by the same search."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
+from tcp.errors import InfeasibleError
 from tcp.exact.branch_and_cut.cutting import Incumbent
 from tcp.exact.branch_and_cut.problem import Problem
-from tcp.exact.branch_and_cut.support import Support
-from tcp.heuristics.start import start_tour
+from tcp.exact.branch_and_cut.support import Support, find
+from tcp.heuristics.local_search import improve
 from tcp.stop import Clock
 from tcp.travel import Ints
 
+START_KICKS = 150
+"""Kicks per node of the start."""
 
-def start(problem: Problem, rng: np.random.Generator, clock: Clock) -> Ints | None:
-    """A good tour to begin with, or None if none respects the rules."""
-    tour = start_tour(problem.form)
-    return None if tour is None else np.array(tour, np.int64)
+MOST_START_KICKS = 300_000
+"""Most kicks of the start, however large the instance."""
+
+REPAIR_KICKS = 1
+"""Kicks per node after a repair."""
 
 
-def repair(problem: Problem, incumbent: Incumbent, support: Support) -> None:
-    """Turn an LP solution into a tour, and offer it."""
+def start(
+    problem: Problem, rng: np.random.Generator, clock: Clock, tour: list[int] | None
+) -> Ints | None:
+    """A good tour to begin with, never worse than ``tour``; None if the rules allow none."""
+    kicks = 0 if tour is not None else min(START_KICKS * problem.size, MOST_START_KICKS)
+    try:
+        found = improve(problem.form, tour, rng=rng, clock=clock, kicks=kicks)
+    except InfeasibleError:
+        return None
+    return np.array(found, np.int64)
+
+
+@dataclass
+class Repair:
+    """Turns LP solutions into tours now and then.
+
+    The heaviest edges are joined to paths, the paths are strung along the
+    incumbent's order, and the local search mends the rest.  It runs only when
+    the LP's value has moved since the last time, and on ever rarer occasions.
+    """
+
+    problem: Problem
+    incumbent: Incumbent
+    rng: np.random.Generator
+    clock: Clock
+    every: int = 10
+    calls: int = 0
+
+    def __call__(self, support: Support) -> None:
+        """Offer the tour made from a support graph to the incumbent."""
+        self.calls += 1
+        if self.calls % self.every or self.problem.size < 8:
+            return
+        self.every += 2
+        tour = joined(support, self.incumbent.tour)
+        kicks = REPAIR_KICKS * self.problem.size
+        found = improve(
+            self.problem.form, tour.tolist(), rng=self.rng, clock=self.clock, kicks=kicks
+        )
+        self.incumbent.offer(np.array(found, np.int64))
+
+
+def joined(support: Support, order: Ints) -> Ints:
+    """A tour through the heaviest edges of a support graph, its paths in a tour's order."""
+    size = support.size
+    degree, root = np.zeros(size, np.int64), np.arange(size)
+    links: list[list[int]] = [[] for _ in range(size)]
+    for e in np.argsort(-support.x, kind="stable"):
+        i, j = int(support.i[e]), int(support.j[e])
+        if degree[i] < 2 and degree[j] < 2 and find(root, i) != find(root, j):
+            root[find(root, i)] = find(root, j)
+            degree[i] += 1
+            degree[j] += 1
+            links[i].append(j)
+            links[j].append(i)
+    tour: list[int] = []
+    seen = np.zeros(size, bool)
+    for v in order.tolist():
+        if seen[v] or len(links[v]) == 2:
+            continue
+        while True:
+            seen[v] = True
+            tour.append(v)
+            onward = [w for w in links[v] if not seen[w]]
+            if not onward:
+                break
+            v = onward[0]
+    return np.array(tour, np.int64)

@@ -166,7 +166,7 @@ class Relaxation:
             stay = np.ones(len(self.keys), bool)
             stay[gone] = False
             self.keys, self.i, self.j = self.keys[stay], self.i[stay], self.j[stay]
-            self.cost = self.cost[stay]
+            self.cost, self.x = self.cost[stay], self.x[stay]
             self._index()
         self._set_bounds(np.nonzero(~np.isin(self.keys, keep))[0], 0.0, 0.0)
 

@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 
 from tcp.exact.branch_and_cut.cutting import Cutter, Incumbent
 from tcp.exact.branch_and_cut.evidence import certificate, trivial
-from tcp.exact.branch_and_cut.primal import repair, start
+from tcp.exact.branch_and_cut.primal import Repair, start
 from tcp.exact.branch_and_cut.problem import Problem
 from tcp.exact.branch_and_cut.relaxation import Relaxation
-from tcp.exact.branch_and_cut.support import Support
 from tcp.exact.branch_and_cut.tree import Tree
 from tcp.instance import Instance
 from tcp.result import Outcome, Progress, Report
@@ -34,11 +34,18 @@ def run(
     rng: np.random.Generator,
     clock: Clock,
     report: Report,
+    start_route: Sequence[int] | None = None,
 ) -> Outcome:
-    """Find a shortest route and prove it; see :func:`tcp.solve.solve`."""
+    """Find a shortest route and prove it; see :func:`tcp.solve.solve`.
+
+    Parameters
+    ----------
+    start_route : sequence of int, optional
+        A route to begin with instead of the local search's.
+    """
     if instance.form.size <= 2:
         return _tiny(instance)
-    return _Engine(instance, clock, report).run(rng)
+    return _Engine(instance, clock, report).run(rng, start_route)
 
 
 def _tiny(instance: Instance) -> Outcome:
@@ -61,9 +68,10 @@ class _Engine:
     open_nodes: int = 1
     details: dict[str, object] = field(default_factory=dict)
 
-    def run(self, rng: np.random.Generator) -> Outcome:
+    def run(self, rng: np.random.Generator, route: Sequence[int] | None) -> Outcome:
         problem = Problem.of(self.instance)
-        tour = start(problem, rng, self.clock)
+        given = None if route is None else self.instance.tour(route)
+        tour = start(problem, rng, self.clock, given)
         identity = np.arange(problem.size)
         self.incumbent = Incumbent(problem, identity if tour is None else tour)
         self.incumbent.heard = self._heard
@@ -71,7 +79,7 @@ class _Engine:
             self.incumbent.offer(tour)
         lp = Relaxation(problem, first_pairs(problem, self.incumbent.tour), unit_of(problem))
         cutter = Cutter(problem, lp, self.incumbent, self.clock)
-        cutter.improve = lambda support: repair(problem, self.incumbent, support)
+        cutter.improve = Repair(problem, self.incumbent, rng, self.clock)
         cutter.listen = self._proved_here
         self.tree = Tree(cutter, news=self._proved)
         self.tree.run()

@@ -96,9 +96,7 @@ def minimum_cuts(support: Support) -> list[Cut]:
 
 
 @njit(cache=True)
-def _contract(
-    size: int, i: Ints, j: Ints, x: Floats, root: Ints, limit: float
-) -> list[np.ndarray]:
+def _contract(size: int, i: Ints, j: Ints, x: Floats, root: Ints, limit: float) -> list[np.ndarray]:
     found = [np.zeros(size, np.bool_)]
     for k in range(len(x)):
         if x[k] >= 1.0 - 1e-9:

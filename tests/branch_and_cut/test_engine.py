@@ -1,0 +1,244 @@
+"""The whole engine: optimal, certified, for every travel model, kind of ends and rule."""
+
+from __future__ import annotations
+
+import itertools
+from fractions import Fraction
+
+import numpy as np
+import pytest
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
+
+from tcp import Ends, Instance, Model, Rules, Status, Stop, Travel, Workpiece, solve
+from tcp.errors import UsageError
+from tcp.files.certificate import to_text
+from tcp.result import Proof
+from tcp.stop import StopReason
+from tcp.validate import certificate as checker
+from tcp.validate.route import faults
+
+F = Fraction
+TRAVELS = [
+    Travel(),
+    Travel(Model.SIMULTANEOUS, vx=F(3)),
+    Travel(Model.EUCLIDEAN),
+    Travel(Model.TRAPEZOIDAL, ax=F(2), ay=F(3)),
+]
+HOME = {"home": (F(-7, 3), F(1, 2))}
+KINDS = [
+    {},
+    {"closed": True},
+    {"start": 0},
+    {"end": 0},
+    {"start": 0, "end": 1},
+    {"start": 1, "closed": True},
+    {**HOME, "outward": True},
+    {**HOME, "back": True, "start": 0},
+    {**HOME, "outward": True, "back": True},
+]
+
+
+def verified(instance: Instance, **options: object) -> checker.Verdict:
+    """Solve with the engine and have the independent checker verify what it claims."""
+    from tcp.exact.branch_and_cut.run import run
+    from tcp.result import silent
+    from tcp.stop import Clock
+
+    clock = Clock(options.pop("stop", Stop()))
+    outcome = run(instance, rng=np.random.default_rng(0), clock=clock, report=silent, **options)
+    verdict = checker.check(to_text(outcome.evidence).encode(), None, instance.sha256)
+    assert verdict.lower == outcome.bound
+    if outcome.route is None:
+        assert verdict.upper is None
+    else:
+        assert faults(instance, outcome.route) == []
+        assert verdict.upper == instance.cost(outcome.route)
+    return verdict
+
+
+def brute_force(instance: Instance) -> int | None:
+    orders = itertools.permutations(range(len(instance)))
+    costs = (instance.cost(p) for p in orders if not faults(instance, p))
+    return min(costs, default=None)
+
+
+@st.composite
+def instances(draw, least: int, most: int) -> Instance:
+    n = draw(st.integers(least, most))
+    reach = draw(st.sampled_from([2, 9, 400]))
+    coordinate = st.integers(0, reach)
+    holes = draw(st.lists(st.tuples(coordinate, coordinate), min_size=n, max_size=n))
+    kind = draw(st.sampled_from(KINDS))
+    assume(n > 1 or max(kind.get("start", 0), kind.get("end", 0)) == 0)
+    assume(n > 1 or kind != {"start": 0, "end": 1})
+    pair = st.tuples(st.integers(0, n - 1), st.integers(0, n - 1)).filter(lambda p: p[0] != p[1])
+    pairs = st.lists(pair, max_size=4) if n > 1 else st.just([])
+    rules = Rules(tuple(draw(pairs)), tuple(draw(pairs)[:2])) if draw(st.booleans()) else Rules()
+    travel = draw(st.sampled_from(TRAVELS))
+    return Instance(Workpiece.from_decimals("w", holes), travel, Ends(**kind), rules)
+
+
+@settings(max_examples=120, deadline=None)
+@given(instance=instances(1, 6))
+def test_small_instances_agree_with_brute_force(instance):
+    verdict = verified(instance)
+    assert verdict.lower == verdict.upper == brute_force(instance)
+
+
+@settings(max_examples=25, deadline=None)
+@given(instance=instances(9, 12))
+def test_medium_instances_agree_with_the_dynamic_programme(instance):
+    verdict = verified(instance)
+    assert verdict.lower == verdict.upper == solve(instance, "held-karp").cost
+
+
+@pytest.mark.parametrize("n", [1, 2, 3])
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_handful_of_holes(n, kind):
+    if n == 1 and kind.get("start", 0) + kind.get("end", 0) + ("start" in kind and "end" in kind):
+        pytest.skip("these ends name a second hole")
+    piece = Workpiece.from_decimals("few", [(0, 0), (5, 1), (2, 7)][:n])
+    instance = Instance(piece, Travel(), Ends(**kind))
+    verdict = verified(instance)
+    assert verdict.lower == verdict.upper == brute_force(instance)
+
+
+def grid(width: int, height: int) -> Workpiece:
+    return Workpiece.from_decimals("grid", [(x, y) for x in range(width) for y in range(height)])
+
+
+@pytest.mark.parametrize("travel", TRAVELS)
+def test_a_closed_odd_grid_needs_branching_or_combs(travel):
+    instance = Instance(grid(5, 5), travel, Ends(closed=True))
+    verdict = verified(instance)
+    assert verdict.lower == verdict.upper
+
+
+def test_explicit_times():
+    rng = np.random.default_rng(4)
+    matrix = rng.integers(1, 100, (10, 10))
+    matrix = np.triu(matrix, 1) + np.triu(matrix, 1).T
+    zeros = np.zeros(10, np.int64)
+    piece = Workpiece("matrix", tuple(map(str, range(10))), zeros, zeros.copy(), matrix=matrix)
+    instance = Instance(piece, Travel(Model.EXPLICIT))
+    assert verified(instance).lower == solve(instance, "held-karp").cost
+
+
+INFEASIBLE = {
+    "a hole with three partners": Rules(together=((0, 1), (0, 2), (0, 3))),
+    "a cycle of partners": Rules(together=((0, 1), (1, 2), (2, 0))),
+    "required and forbidden": Rules(together=((0, 1),), forbidden=((1, 0),)),
+    "an isolated hole": Rules(forbidden=tuple((0, j) for j in range(1, 9))),
+    "two islands": Rules(
+        forbidden=tuple((i, j) for i in range(4) for j in range(4, 9)),
+    ),
+    "no two of five may meet": Rules(
+        forbidden=tuple(itertools.combinations(range(6), 2)),
+    ),
+}
+
+
+@pytest.mark.parametrize("why", INFEASIBLE)
+def test_infeasible_rules_are_certified(why):
+    instance = Instance(grid(3, 3), Travel(), Ends(closed=True), INFEASIBLE[why])
+    verdict = verified(instance)
+    assert verdict.lower is None
+
+
+def test_infeasibility_that_needs_branching():
+    """The Petersen graph is 2-connected and 3-regular, but has no Hamiltonian cycle."""
+    edges = {(i, (i + 1) % 5) for i in range(5)} | {(i, i + 5) for i in range(5)}
+    edges |= {(5 + i, 5 + (i + 2) % 5) for i in range(5)}
+    edges = {tuple(sorted(e)) for e in edges}
+    forbidden = tuple(p for p in itertools.combinations(range(10), 2) if p not in edges)
+    instance = Instance(grid(5, 2), Travel(), Ends(closed=True), Rules(forbidden=forbidden))
+    assert verified(instance).lower is None
+    path = Instance(grid(5, 2), Travel(), Ends(), Rules(forbidden=forbidden))
+    verdict = verified(path)
+    assert verdict.lower == verdict.upper == solve(path, "held-karp").cost
+
+
+def scattered(n: int, seed: int) -> Workpiece:
+    points = np.random.default_rng(seed).integers(0, 1000, (n, 2))
+    return Workpiece.from_decimals("scattered", [(int(a), int(b)) for a, b in points])
+
+
+def test_a_time_limit_returns_a_certified_bound():
+    instance = Instance(scattered(150, 1), Travel(Model.EUCLIDEAN))
+    for seconds in (0.0, 0.05):
+        verdict = verified(instance, stop=Stop(time=seconds))
+        assert 0 <= verdict.lower <= verdict.upper
+
+
+def test_same_seed_same_proof():
+    instance = Instance(scattered(60, 2), Travel(Model.EUCLIDEAN))
+    texts = []
+    for _ in range(2):
+        result = solve(instance, "branch-and-cut", seed=3)
+        texts.append((result.route, result.details["nodes"], result.details["rounds"]))
+    assert texts[0] == texts[1]
+
+
+def test_costs_of_a_thousand_million_quanta():
+    travel = Travel(vx=F(1, 1_000_003), vy=F(1, 999_983))
+    for seed in range(3):
+        instance = Instance(scattered(25, seed), travel)
+        verdict = verified(instance)
+        assert verdict.lower == verdict.upper > 10**9
+
+
+def test_the_facade_writes_only_what_the_checker_passes(tmp_path):
+    instance = Instance(scattered(30, 5))
+    path = tmp_path / "proof.cert.json.gz"
+    result = solve(instance, exact=True, certificate=path)
+    assert result.solver == "branch-and-cut"
+    assert (result.status, result.proof) == (Status.OPTIMAL, Proof.CERTIFIED)
+    assert result.certificate == path
+    assert list(tmp_path.iterdir()) == [path]
+    assert checker.check(checker.unzip(path), None, instance.sha256).lower == result.cost
+    assert solve(instance, exact=True).proof is Proof.TRUSTED
+
+
+@pytest.mark.parametrize("solver", ["held-karp", "cp-sat", "milp", "local-search"])
+def test_other_solvers_are_certified_too(tmp_path, solver):
+    instance = Instance(scattered(11, 6), Travel(Model.SIMULTANEOUS), Ends(start=2))
+    path = tmp_path / "proof.json"
+    result = solve(instance, solver, certificate=path, stop=Stop(iterations=500))
+    assert (result.status, result.proof) == (Status.OPTIMAL, Proof.CERTIFIED)
+    assert result.solver.startswith(solver)
+    assert path.exists()
+
+
+def test_infeasibility_is_certified_by_the_facade(tmp_path):
+    rules = INFEASIBLE["two islands"]
+    instance = Instance(grid(3, 3), Travel(), Ends(closed=True), rules)
+    result = solve(instance, "branch-and-cut", certificate=tmp_path / "no.json")
+    assert (result.status, result.proof) == (Status.INFEASIBLE, Proof.CERTIFIED)
+
+
+def test_an_interrupt_returns_what_there_is():
+    from tcp.exact.branch_and_cut.run import run
+    from tcp.stop import Clock
+
+    clock = Clock(Stop())
+    seen = []
+
+    def interrupting(news):
+        seen.append(news)
+        clock.interrupt()
+
+    instance = Instance(scattered(200, 8), Travel(Model.EUCLIDEAN))
+    outcome = run(instance, rng=np.random.default_rng(0), clock=clock, report=interrupting)
+    assert outcome.stopped is StopReason.INTERRUPTED
+    assert seen
+    assert checker.check(to_text(outcome.evidence).encode()).lower == outcome.bound
+
+
+def test_too_many_nodes_are_refused():
+    from tcp.exact.branch_and_cut.run import LARGEST
+
+    points = np.arange(LARGEST + 1, dtype=np.int64)
+    piece = Workpiece("long", tuple(map(str, points)), points, points.copy())
+    with pytest.raises(UsageError, match="20000 nodes"):
+        solve(Instance(piece), "branch-and-cut")
