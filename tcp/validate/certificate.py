@@ -402,7 +402,8 @@ def statement(problem: Problem, lower: int | None, upper: int | None) -> str:
     data, quantum = problem.data, problem.quantum
     settings = {**data["travel"], **data["ends"], **data["rules"]}
     how = ", ".join(f"{key} {value!a}" for key, value in settings.items())
-    who = f"{data['name']!a} ({problem.n} holes; {how})"
+    shape = "open path" if problem.virtual >= 0 else "closed tour"
+    who = f"{data['name']!a} ({shape}, {problem.n} holes; {how})"
     if lower is None:
         return f"No route of {who} satisfies its ends and rules."
     low = f"{Decimal(lower * quantum.numerator) / quantum.denominator} s"

@@ -96,7 +96,6 @@ class Problem:
         good = len(self.index) == len(x) == len(y) == self.n and type(data["name"]) is str
         demand(good, "ids must be unique, and x and y have one number per hole")
         self.quantum, matrix = fraction(data["quantum"]), self._matrix()
-        demand(data["sha256"] == self._hash(matrix), "the instance has another hash", REFUTED)
         together, forbidden = self._rules(x, y, step)
         self.start, self.end, home, self.out, back, closed = self._ends()
         self.home = self.n if home else -1
@@ -115,6 +114,7 @@ class Problem:
         self.costs = Costs(x, y, matrix, self.virtual, step, self.quantum, data["travel"])
         exact = self.costs.exact or (data["travel"]["model"] == "explicit" and self.quantum == 1)
         demand("rounding" in data["travel"] or exact, "exact travel times have another quantum")
+        demand(data["sha256"] == self._hash(matrix), "the instance has another hash", REFUTED)
 
     def key(self, i: int, j: int) -> int:
         """One number for a pair of nodes."""

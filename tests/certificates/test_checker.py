@@ -180,7 +180,7 @@ def test_it_runs_on_its_own(alone, tmp_path):
     csv.write_text("# mine\nid,x_mm,y_mm\n1,0,0\n2,1.50,0\n3,3,1e0\n")
     found = alone(file, csv)
     assert found.returncode == 0, found.stderr
-    assert found.stdout.startswith("verified: The route given for 'own' (3 holes; ")
+    assert found.stdout.startswith("verified: The route given for 'own' (open path, 3 holes; ")
     assert "takes 4 s" in found.stdout and Instance(piece).sha256 in found.stdout
     csv.write_text("1,0,0\n2,1.50,0\n3,3,2\n")
     cases = [
