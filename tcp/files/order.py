@@ -404,7 +404,7 @@ def _from_numbers(numbers: Ints, workpiece: Workpiece, numbering: str) -> Order:
         entries = numbers - int(numbering)
         entries = np.where((entries >= 0) & (entries < n), entries, -1)
     else:
-        distinct, where = np.unique(numbers, return_inverse=True)
+        distinct, where = _distinct(numbers)
         index = workpiece.index
         entries = np.array([index.get(str(v), -1) for v in distinct.tolist()])[where]
     unknown: tuple[str, ...] = ()
@@ -418,6 +418,16 @@ def _from_numbers(numbers: Ints, workpiece: Workpiece, numbering: str) -> Order:
         entries[bad] = -1 - rank[which]
         unknown = tuple(str(v) for v in labels[by_place].tolist())
     return Order(entries.astype(np.int64), unknown, numbering, numbers)
+
+
+def _distinct(numbers: Ints) -> tuple[Ints, Ints]:
+    """The different numbers, and for each entry its place among them; no sorting if dense."""
+    low, high = int(numbers.min()), int(numbers.max())
+    if high - low > 4 * len(numbers) + 1000:
+        found, where = np.unique(numbers, return_inverse=True)
+        return found, where
+    present = np.bincount(numbers - low) > 0
+    return np.flatnonzero(present) + low, (np.cumsum(present) - 1)[numbers - low]
 
 
 def _from_labels(labels: Sequence[str], workpiece: Workpiece, numbering: str) -> Order:

@@ -30,6 +30,7 @@ SWAP_LIMIT = 2000
 MIRROR_LIMIT = 100_000
 
 _ORIGIN = (Fraction(0), Fraction(0))
+_UNITS = (("", Fraction(1)), ("inch for mm", INCH), ("mm for inch", 1 / INCH))
 _NAMES = {
     Model.SEQUENTIAL: "sequential axes (Case 1)",
     Model.SIMULTANEOUS: "simultaneous axes (Case 2)",
@@ -76,24 +77,17 @@ def readings(instance: Instance, entries: Ints, claimed: Printed) -> list[Readin
         The claimed time.
     """
     found: list[Reading] = []
+    if len(entries) > 2 * len(instance) + 10:
+        return found  # far more entries than holes: no reading makes that a route
     for order_name, order in _orders(instance, entries):
         for machine_name, machine in _machines(instance):
-            for unit_name, unit in (
-                ("", Fraction(1)),
-                ("inch for mm", INCH),
-                ("mm for inch", 1 / INCH),
-            ):
-                names = [n for n in (order_name, machine_name, unit_name) if n]
-                if not names:
-                    continue
-                for name, time in _times(machine, order):
-                    full = ", ".join([*names, *([name] if name else [])])
-                    _keep(found, full, time * unit, claimed, slack(machine, len(order)) * unit)
-        stated = _times(instance, order)
-        for name, time in stated:
-            if name:
-                full = ", ".join(n for n in (order_name, name) if n)
-                _keep(found, full, time, claimed, slack(instance, len(order)))
+            off = slack(machine, len(order))
+            for end_name, time in _times(machine, order):
+                for unit_name, unit in _UNITS:
+                    parts = (order_name, machine_name, end_name, unit_name)
+                    name = ", ".join(part for part in parts if part)
+                    if name:
+                        _keep(found, name, time * unit, claimed, off * unit)
     return sorted(found, key=lambda r: (r.name.count(","), list(Agreement).index(r.agreement)))
 
 

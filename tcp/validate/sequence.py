@@ -5,6 +5,7 @@ Everything is a pass over arrays: ten million entries take seconds.
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
@@ -74,17 +75,21 @@ def count(order: Order, holes: int) -> Count:
 
 def _places(entries: Ints, wanted: Sequence[int]) -> dict[int, list[int]]:
     """Where each wanted value stands, counted from 1; the first PLACES of each."""
-    if not wanted:
-        return {}
-    at = np.flatnonzero(np.isin(entries, np.array(wanted, dtype=np.int64)))
-    by_value = at[np.argsort(entries[at], kind="stable")]
-    values = entries[by_value]
-    starts = np.flatnonzero(np.diff(values, prepend=values[:1] - 1))
-    ends = np.append(starts[1:], len(values))
-    return {
-        int(values[s]): (by_value[s : min(e, s + PLACES)] + 1).tolist()
-        for s, e in zip(starts.tolist(), ends.tolist(), strict=True)
-    }
+    places: dict[int, list[int]] = {value: [] for value in wanted}
+    open_ones, chunk = list(wanted), 1_000_000
+    for start in range(0, len(entries), chunk):
+        if not open_ones:
+            break
+        part = entries[start : start + chunk]
+        at = np.flatnonzero(np.isin(part, np.array(open_ones, dtype=np.int64)))
+        by_value = at[np.argsort(part[at], kind="stable")]
+        values = part[by_value]
+        starts = np.flatnonzero(np.diff(values, prepend=values[:1] - 1)).tolist()
+        for s, e in itertools.pairwise([*starts, len(values)]):
+            found = places[int(values[s])]
+            found += (by_value[s : min(e, s + PLACES - len(found))] + start + 1).tolist()
+        open_ones = [v for v in open_ones if len(places[v]) < PLACES]
+    return places
 
 
 def sequence_findings(instance: Instance, order: Order, seen: Count) -> list[Finding]:
