@@ -46,7 +46,7 @@ def _order(claim: Claim, sample: str) -> list[Finding]:
 
 
 def _certainly_above(a: Printed, b: Printed) -> bool:
-    return a.value - a.unit / 2 > b.value + b.unit / 2
+    return a.value - a.unit / 2 >= b.value + b.unit / 2
 
 
 def _mean(claim: Claim, sample: str) -> list[Finding]:
