@@ -6,8 +6,9 @@
 2
 """
 
-from tcp.instance import Ends, Instance, Rules
+from tcp.instance import Ends, Instance
 from tcp.result import Proof, Result, Status
+from tcp.rules import Balance, Rules
 from tcp.solve import solve
 from tcp.stop import Stop, StopReason
 from tcp.travel import Model, Travel
@@ -16,6 +17,7 @@ from tcp.workpiece import Workpiece
 __version__ = "0.1.0"
 
 __all__ = [
+    "Balance",
     "Ends",
     "Instance",
     "Model",

@@ -21,8 +21,11 @@ from typing import Any
 import numpy as np
 
 from tcp.errors import UsageError
+from tcp.rules import Rules, unbalanced
 from tcp.travel import CostRule, Ints, Kind, Model, Travel, describe
 from tcp.workpiece import Workpiece
+
+__all__ = ["GCD_LIMIT", "MATRIX_LIMIT", "Ends", "Instance", "Rules", "TourForm"]
 
 MATRIX_LIMIT = 6_000
 """Most nodes for which an n x n matrix is ever built (288 MB)."""
@@ -78,37 +81,6 @@ class Ends:
             data["outward"], data["return"] = self.outward, self.back
         if self.closed:
             data["closed"] = True
-        return data
-
-
-@dataclass(frozen=True)
-class Rules:
-    """Process rules that every solver has to respect.
-
-    Parameters
-    ----------
-    forbidden : tuple of (int, int)
-        Pairs of holes that must not follow each other, in either direction.
-    together : tuple of (int, int)
-        Pairs of holes that must follow each other (the two ends of a slot).
-    min_jump : Fraction, optional
-        Smallest Euclidean distance in mm between successive holes (the BMGA
-        paper's D_m); nearer pairs are forbidden successions.
-    """
-
-    forbidden: tuple[tuple[int, int], ...] = ()
-    together: tuple[tuple[int, int], ...] = ()
-    min_jump: Fraction | None = None
-
-    def describe(self, ids: Sequence[str]) -> dict[str, Any]:
-        """The rules as plain data, holes by id."""
-        data: dict[str, Any] = {}
-        if self.forbidden:
-            data["forbidden"] = [[ids[i], ids[j]] for i, j in self.forbidden]
-        if self.together:
-            data["together"] = [[ids[i], ids[j]] for i, j in self.together]
-        if self.min_jump is not None:
-            data["min_jump"] = str(self.min_jump)
         return data
 
 
@@ -296,6 +268,13 @@ class Instance:
         """Cost of a drilling order with everything the ends add, in quanta."""
         return self.form.tour_cost(self.tour(route))
 
+    def penalty(self, route: Sequence[int]) -> int:
+        """Unbalanced windows of a drilling order; 0 without a balance rule."""
+        if self.rules.balance is None:
+            return 0
+        holes, piece = np.asarray(route, dtype=np.int64), self.workpiece
+        return len(unbalanced(piece.x[holes], piece.y[holes], self.rules.balance))
+
     def describe(self) -> dict[str, Any]:
         """The instance as plain data: name, holes, travel, ends, rules, quantum, hash."""
         ids = self.workpiece.ids
@@ -382,8 +361,11 @@ def _forced(instance: Instance, home: int, virtual: int) -> tuple[tuple[int, int
 
 def _forbidden(instance: Instance) -> tuple[tuple[int, int], ...]:
     pairs = {(min(p), max(p)) for p in instance.rules.forbidden}
-    if instance.rules.min_jump is not None:
-        pairs |= _near_pairs(instance.workpiece, instance.rules.min_jump)
+    rules, piece = instance.rules, instance.workpiece
+    if rules.min_jump is not None:
+        pairs |= _near_pairs(piece, rules.min_jump)
+    if rules.jump_diameters is not None:
+        pairs |= _near_by_diameter(piece, rules.jump_diameters)
     return tuple(sorted(pairs))
 
 
@@ -403,6 +385,19 @@ def _near_pairs(workpiece: Workpiece, distance: Fraction) -> set[tuple[int, int]
                         near.add((j, i))
         cells.setdefault((cx, cy), []).append(i)
     return near
+
+
+def _near_by_diameter(workpiece: Workpiece, times: Fraction) -> set[tuple[int, int]]:
+    """Pairs of holes nearer than ``times`` the larger of their diameters, where known."""
+    known = workpiece.diameters or (None,) * len(workpiece)
+    reach = [times * (d or 0) / workpiece.step for d in known]
+    x, y = workpiece.x.tolist(), workpiece.y.tolist()
+
+    def near(i: int, j: int) -> bool:
+        return bool((x[i] - x[j]) ** 2 + (y[i] - y[j]) ** 2 < max(reach[i], reach[j]) ** 2)
+
+    farthest = max(reach) * workpiece.step
+    return {p for p in _near_pairs(workpiece, farthest) if near(*p)} if farthest else set()
 
 
 def _granularity(form: TourForm) -> int:

@@ -37,6 +37,7 @@ class Entry:
     module: str
     exact: bool
     libraries: tuple[str, ...] = ()
+    moves: bool = False  # knows rules about successive moves (axis run, balance)
 
 
 SOLVERS: Mapping[str, Entry] = {
@@ -51,6 +52,7 @@ SOLVERS: Mapping[str, Entry] = {
     "cuckoo": Entry("tcp.heuristics.cuckoo", exact=False, libraries=("numba",)),
     "firefly": Entry("tcp.heuristics.firefly", exact=False, libraries=("numba",)),
     "milp": Entry("tcp.exact.milp", exact=True, libraries=("pulp", "highspy")),
+    "positions": Entry("tcp.exact.positions", exact=True, libraries=("ortools",), moves=True),
     "pso": Entry("tcp.heuristics.pso", exact=False, libraries=("numba",)),
     "acs": Entry("tcp.heuristics.acs", exact=False, libraries=("numba",)),
 }
@@ -184,10 +186,10 @@ def _certified(result: Result, evidence: Any, path: Path) -> Result:
 SMALL = 12
 """Up to so many holes the dynamic programme answers before others have set up their model."""
 
-PROVERS = ("branch-and-cut", "cp-sat", "held-karp")
+PROVERS = ("branch-and-cut", "cp-sat", "held-karp", "positions")
 """Who proves beyond that, in order of preference."""
 
-SEEKERS = ("local-search", "routing", "cp-sat", "held-karp")
+SEEKERS = ("local-search", "routing", "cp-sat", "held-karp", "bmga", "positions")
 """Who looks for a good route without a proof, in order of preference."""
 
 
@@ -200,12 +202,12 @@ def choose(instance: Instance, exact: bool) -> tuple[str, str]:
         If every solver refuses the instance.
     """
     n = len(instance)
-    if n <= SMALL:
+    if n <= SMALL and not instance.rules.sequential:
         return "held-karp", f"{n} holes fit the dynamic programme, which always proves"
     aim = "a proof" if exact else "a good route"
     refusals: list[str] = []
     for name in filter(SOLVERS.__contains__, PROVERS if exact else SEEKERS):
-        refusal = import_module(SOLVERS[name].module).refusal(instance)
+        refusal = _refusal(name, instance)
         if refusal is None:
             return name, f"the first choice for {aim} over {n} holes" + "".join(refusals)
         refusals.append(f"; {name} refused, because {refusal}")
@@ -235,7 +237,7 @@ def _check_call(
         kind = type(parameters[option].default)
         if kind in _KINDS and not _fits(value, kind):
             raise UsageError(f"{name}: {option} is {_KINDS[kind]}, not {value!r}")
-    refusal = module.refusal(instance)
+    refusal = _refusal(name, instance)
     if refusal:
         raise UsageError(f"{name} cannot solve {instance.name}: {refusal}")
 
@@ -250,6 +252,16 @@ def _fits(value: Any, kind: type) -> bool:
         return kind is bool
     wide = {int: Integral, float: Real}
     return isinstance(value, wide.get(kind, kind))
+
+
+def _refusal(name: str, instance: Instance) -> str | None:
+    """Why a registered solver cannot take an instance, or None."""
+    entry = SOLVERS[name]
+    if instance.rules.sequential and not entry.moves:
+        able = ", ".join(other for other, e in SOLVERS.items() if e.moves)
+        return f"it does not know rules about successive moves (axis run, balance); {able} do"
+    refusal: str | None = import_module(entry.module).refusal(instance)
+    return refusal
 
 
 class _Trace:
@@ -321,9 +333,16 @@ def _checked(
         seed=seed,
         seconds=seconds,
         versions=versions(entry.libraries),
-        details=outcome.details,
+        details=_details(instance, outcome),
         trace=trace,
     )
+
+
+def _details(instance: Instance, outcome: Outcome) -> Mapping[str, Any]:
+    """The solver's details, and how many windows of moves its route leaves unbalanced."""
+    if instance.rules.balance is None or outcome.route is None:
+        return outcome.details
+    return {**outcome.details, "unbalanced": instance.penalty(outcome.route)}
 
 
 def sharpen(instance: Instance, bound: int | None) -> int | None:

@@ -9,6 +9,7 @@ from collections import Counter
 from collections.abc import Sequence
 
 from tcp.instance import Instance
+from tcp.rules import long_runs, unbalanced
 
 
 def faults(instance: Instance, route: Sequence[int]) -> list[str]:
@@ -34,7 +35,11 @@ def faults(instance: Instance, route: Sequence[int]) -> list[str]:
     ]
     if len(count) < n or found:
         found += [f"hole {ids[h]} is not drilled" for h in range(n) if h not in count]
-    return found or _end_faults(instance, route) + _rule_faults(instance, route)
+    if found:
+        return found
+    return (
+        _end_faults(instance, route) + _rule_faults(instance, route) + _move_faults(instance, route)
+    )
 
 
 def _end_faults(instance: Instance, route: Sequence[int]) -> list[str]:
@@ -64,3 +69,24 @@ def _rule_faults(instance: Instance, route: Sequence[int]) -> list[str]:
         for i, j in together
         if (i, j) not in used
     ]
+
+
+def _move_faults(instance: Instance, route: Sequence[int]) -> list[str]:
+    """Rules about successive moves, measured along the route."""
+    rules, piece = instance.rules, instance.workpiece
+    x, y = piece.x[list(route)], piece.y[list(route)]
+    found = []
+    if rules.axis_run is not None:
+        found += [
+            f"{length} successive moves from hole {piece.ids[route[first]]} on follow one axis, "
+            f"more than {rules.axis_run}"
+            for first, length in long_runs(x, y, rules.axis_run)
+        ]
+    if rules.balance is not None and rules.balance.most is not None:
+        count = len(unbalanced(x, y, rules.balance))
+        if count > rules.balance.most:
+            found.append(
+                f"{count} windows of {rules.balance.window} moves are unbalanced, "
+                f"more than {rules.balance.most}"
+            )
+    return found

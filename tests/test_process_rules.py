@@ -1,0 +1,204 @@
+"""Axis balance, axis runs and jumps: their meaning, the judge, the exact models, the front."""
+
+from __future__ import annotations
+
+import itertools
+from dataclasses import replace
+from fractions import Fraction
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from tcp import Balance, Ends, Instance, Rules, Status, Workpiece, solve
+from tcp.errors import UsageError
+from tcp.exact.pareto import front, weighted
+from tcp.files import read
+from tcp.rules import long_runs, unbalanced
+from tcp.validate.route import faults
+
+HALF = Fraction(1, 2)
+
+
+def board(seed: int, n: int, size: int = 5) -> Workpiece:
+    rng = np.random.default_rng(seed)
+    return Workpiece.from_decimals("board", rng.integers(0, size, size=(n, 2)).tolist())
+
+
+def penalty_by_hand(instance: Instance, route: tuple[int, ...]) -> int:
+    """The rule as its docstring says it, one window at a time, in fractions."""
+    rule, piece = instance.rules.balance, instance.workpiece
+    places = [(piece.hole(h).x, piece.hole(h).y) for h in route]
+    moves = [(abs(a - c), abs(b - d)) for (a, b), (c, d) in itertools.pairwise(places)]
+    count = 0
+    for first in range(len(moves) - rule.window + 1):
+        dx, dy = map(sum, zip(*moves[first : first + rule.window], strict=True))
+        count += not rule.low * dy <= dx <= rule.high * dy
+    return count
+
+
+def runs_by_hand(instance: Instance, route: tuple[int, ...]) -> int:
+    """Longest run of moves along one axis."""
+    piece, longest, run, before = instance.workpiece, 0, 0, ""
+    for i, j in itertools.pairwise(route):
+        dx, dy = piece.x[i] != piece.x[j], piece.y[i] != piece.y[j]
+        axis = "x" if dx and not dy else "y" if dy and not dx else ""
+        run = run + 1 if axis and axis == before else int(bool(axis))
+        longest, before = max(longest, run), axis
+    return longest
+
+
+@given(st.integers(0, 10**6), st.integers(1, 9), st.integers(1, 4), st.booleans())
+@settings(max_examples=100, deadline=None)
+def test_penalty_and_runs_are_what_the_rules_say(seed, n, window, narrow):
+    rule = Balance(window, Fraction(3, 4) if narrow else HALF, Fraction(4, 3))
+    instance = Instance(board(seed, n), rules=Rules(balance=rule))
+    route = tuple(np.random.default_rng(seed).permutation(n).tolist())
+    assert instance.penalty(route) == penalty_by_hand(instance, route)
+    x, y = instance.workpiece.x[list(route)], instance.workpiece.y[list(route)]
+    longest = runs_by_hand(instance, route)
+    for most in range(1, 5):
+        assert bool(long_runs(x, y, most)) == (longest > most)
+
+
+def test_windows_are_named_by_their_first_move():
+    x, y = np.array([0, 4, 8, 8, 8]), np.array([0, 0, 0, 4, 8])
+    assert unbalanced(x, y, Balance(2)).tolist() == [0, 2]
+    assert unbalanced(x, y, Balance(4)).tolist() == []
+    assert unbalanced(x, y, Balance(9)).tolist() == []
+    assert long_runs(x, y, 1) == [(0, 2), (2, 2)]
+
+
+@pytest.mark.parametrize(
+    "make",
+    [
+        lambda: Balance(0),
+        lambda: Balance(low=Fraction(3)),
+        lambda: Balance(low=Fraction(-1)),
+        lambda: Balance(most=-1),
+        lambda: Rules(axis_run=0),
+    ],
+)
+def test_rules_that_make_no_sense_are_refused(make):
+    with pytest.raises(UsageError):
+        make()
+
+
+def test_the_judge_sees_the_rules():
+    piece = Workpiece.from_decimals("row", [(x, 0) for x in range(6)])
+    instance = Instance(piece, rules=Rules(axis_run=4, balance=Balance(5, most=0)))
+    found = faults(instance, range(6))
+    assert len(found) == 2
+    assert "5 successive moves from hole 1 on follow one axis, more than 4" in found[0]
+    assert "1 windows of 5 moves are unbalanced, more than 0" in found[1]
+    assert not faults(Instance(piece, rules=Rules(axis_run=5)), range(6))
+
+
+def test_jumps_in_diameters_forbid_near_pairs():
+    piece = Workpiece.from_decimals(
+        "dense",
+        [("0", "0"), ("1", "0"), ("2", "0"), ("9", "0")],
+        diameters=[Fraction(1, 10), Fraction(3, 10), None, Fraction(1, 10)],
+    )
+    instance = Instance(piece, rules=Rules(jump_diameters=Fraction(5)))
+    assert instance.form.forbidden == ((0, 1), (1, 2))
+    assert Instance(piece, rules=Rules(jump_diameters=Fraction(3))).form.forbidden == ()
+    bare = Instance(board(1, 5), rules=Rules(jump_diameters=Fraction(5)))
+    assert bare.form.forbidden == ()
+
+
+def test_hashes_change_only_with_rules_that_are_there():
+    plain = Instance(board(1, 5))
+    assert Instance(board(1, 5), rules=Rules()).sha256 == plain.sha256
+    kinds = [Rules(axis_run=3), Rules(balance=Balance()), Rules(balance=Balance(most=1))]
+    kinds.append(Rules(jump_diameters=Fraction(2)))
+    hashes = {Instance(board(1, 5), rules=rules).sha256 for rules in kinds}
+    assert len(hashes | {plain.sha256}) == 5
+
+
+def test_solvers_that_do_not_know_rules_about_moves_refuse():
+    instance = Instance(board(3, 6), rules=Rules(axis_run=2))
+    for name in ("held-karp", "cp-sat", "htga", "cuckoo"):
+        with pytest.raises(UsageError, match="axis run, balance"):
+            solve(instance, name)
+    result = solve(instance, exact=True)
+    assert result.solver == "positions"
+
+
+def test_counting_without_a_limit_needs_no_special_solver():
+    instance = Instance(board(3, 7), rules=Rules(balance=Balance(3)))
+    result = solve(instance, "held-karp")
+    assert result.details["unbalanced"] == penalty_by_hand(instance, result.route)
+
+
+def best(instance: Instance) -> int | None:
+    routes = itertools.permutations(range(len(instance)))
+    return min((instance.cost(r) for r in routes if not faults(instance, r)), default=None)
+
+
+ENDS = [
+    Ends(),
+    Ends(start=1),
+    Ends(start=0, end=2),
+    Ends(closed=True),
+    Ends(home=(Fraction(-1), HALF), outward=True),
+    Ends(home=(Fraction(-1), HALF), outward=True, back=True, end=1),
+]
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_the_position_model_is_exact_with_rules_about_moves(seed):
+    rng = np.random.default_rng(seed)
+    rules = Rules(
+        axis_run=int(rng.integers(1, 4)) if seed % 2 else None,
+        balance=Balance(int(rng.integers(1, 4)), most=int(rng.integers(0, 4))),
+    )
+    instance = Instance(board(seed, 6, 4), ends=ENDS[seed % len(ENDS)], rules=rules)
+    truth, result = best(instance), solve(instance, exact=True)
+    assert result.cost == truth
+    assert result.status is (Status.INFEASIBLE if truth is None else Status.OPTIMAL)
+
+
+def front_by_hand(instance: Instance) -> list[tuple[int, int]]:
+    """All non-dominated (cost, penalty) pairs by looking at every route."""
+    routes = itertools.permutations(range(len(instance)))
+    allowed = (r for r in routes if not faults(instance, r))
+    pairs = {(instance.cost(r), penalty_by_hand(instance, r)) for r in allowed}
+    return sorted(
+        p for p in pairs if not any(q != p and q[0] <= p[0] and q[1] <= p[1] for q in pairs)
+    )
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_the_front_is_that_of_all_routes(seed):
+    rule = Balance(2, Fraction(2, 3), Fraction(3, 2))
+    instance = Instance(board(seed, 6, 9), ends=ENDS[seed], rules=Rules(balance=rule))
+    points, truth = front(instance), front_by_hand(instance)
+    assert [(p.cost, p.penalty) for p in points] == truth
+    for weight in (0, 1, 3, 10, 1000):
+        least = min(cost + weight * penalty for cost, penalty in truth)
+        point = weighted(points, weight)
+        assert point.cost + weight * point.penalty == least
+
+
+def test_a_limit_caps_the_front_and_nonsense_is_refused():
+    rule = Balance(2, Fraction(2, 3), Fraction(3, 2))
+    instance = Instance(board(2, 6, 9), rules=Rules(balance=rule))
+    points = front(instance)
+    assert len(points) > 1
+    most = points[-1].penalty
+    capped = replace(instance, rules=Rules(balance=replace(rule, most=most)))
+    assert [(p.cost, p.penalty) for p in front(capped)] == [(points[-1].cost, most)]
+    with pytest.raises(UsageError, match="balance rule"):
+        front(Instance(board(2, 6)))
+    with pytest.raises(UsageError, match="0 or more"):
+        weighted(points, -1)
+
+
+def test_the_front_of_workpiece_1_is_proved(pytestconfig):
+    piece = read(pytestconfig.rootpath / "data" / "wp1.csv").workpiece
+    points = front(Instance(piece, rules=Rules(balance=Balance(4))))
+    assert points[0].cost == solve(Instance(piece), "held-karp").cost
+    costs, penalties = [p.cost for p in points], [p.penalty for p in points]
+    assert costs == sorted(set(costs)) and penalties == sorted(set(penalties), reverse=True)
