@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 import json
 import os
+from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
 
@@ -14,7 +15,7 @@ from click.testing import CliRunner
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tcp.boards.chain import Candidate, any_order, in_order
+from tcp.boards.chain import Candidate, ToolOrder, any_order, in_order
 from tcp.boards.choose import linker, nearest
 from tcp.boards.effort import Effort
 from tcp.boards.machine import Machine, read_machine
@@ -163,6 +164,73 @@ def test_every_small_board_of_the_corpus(corpus, unstated):
         board = optimise(program, Wishes(effort=Effort.FAST, time_limit=0.3), known)
         assert board.costs_after.total < board.costs_before.total
         compare(program, board.after)
+
+
+TOOLS = "T1\nX0Y0\nX10Y0\n; far\nT2\nX900Y0\nX890Y0\nT3\nX20Y0\nX30Y0\nT0\n"
+
+
+def test_tools_change_places_when_asked():
+    program = program_of(TOOLS)
+    kept = optimise(program, FAST)
+    best = optimise(program, replace(FAST, tool_order=ToolOrder.OPTIMISE))
+    assert kept.costs_after.links == 880 + 870 and kept.order_gain == 0
+    assert best.order_gain == kept.costs_after.total - best.costs_after.total == 880
+    assert best.bound <= best.costs_after.total == 900
+    text = best.data.decode()
+    assert text.startswith(HEAD.decode()) and text.endswith("M30\n")
+    assert sorted(text.splitlines()) == sorted(program.document.data.decode().splitlines())
+    assert text.index("; far") == text.index("T2\n") - len("; far\n")
+    by_size = optimise(best.after, replace(FAST, tool_order=ToolOrder.ASCENDING))
+    assert [s.tool for s in by_size.after.selections] == [1, 2, 3]
+    assert [p.tool for p in best.parts] == [1, 2, 3]
+
+
+def test_many_tools_change_places_too():
+    head = "M48\nMETRIC,TZ\n" + "".join(f"T{t}C.001\n" for t in range(1, 17)) + "%\n"
+    places = np.random.default_rng(2).permutation(16) * 100
+    body = "".join(f"T{t + 1}\nX{x}Y0\nX{x + 50}Y0\n" for t, x in enumerate(places.tolist()))
+    program = parse((head + body + "M30\n").encode(), "board.drl")
+    board = optimise(program, replace(FAST, tool_order=ToolOrder.OPTIMISE))
+    assert board.costs_after.total == 1550 and board.bound == 1550
+
+
+def test_tools_stay_where_a_line_between_them_matters():
+    for line in ("M00", "F100", "G93X0Y0", "M47,turn the board"):
+        program = program_of(TOOLS.replace("; far", line))
+        with pytest.raises(UsageError, match=":10: tools cannot change places"):
+            optimise(program, replace(FAST, tool_order=ToolOrder.OPTIMISE))
+        assert optimise(program, FAST).costs_after.links == 880 + 870
+
+
+def test_selections_of_one_tool_are_merged_when_asked():
+    body = "T1\nX0Y0\nX100Y0\nT2\nX50Y0\nT1\nX10Y0\nX90Y0\nX20Y0G85X30Y0\n"
+    program = program_of(body)
+    board = optimise(program, replace(FAST, merge=True))
+    assert [s.tool for s in board.after.selections] == [1, 2]
+    compare(program, board.after, text="free")
+    assert board.costs_after.total == 100 + 50
+    assert optimise(program, FAST).costs_after.total > 150
+
+
+def test_repeats_move_as_units_or_are_expanded():
+    body = "T1\nX0Y0\nR2X100\nX50Y0\nX150Y0\n"
+    unit = optimise(program_of(body), FAST)
+    assert b"R2X" in unit.data and unit.proved
+    assert unit.costs_after.total == 50 + 200 + 50
+    spread = optimise(program_of(body), replace(FAST, expand=True))
+    assert b"R2" not in spread.data and spread.costs_after.total == 200 == spread.bound
+
+
+def test_patterns_are_expanded_when_asked():
+    body = "T1\nM25\nX0Y0\n; inside\nX100Y0\nM01\nM02X50\nM02X1000Y5M80\nM08\nX7Y7\n"
+    program = program_of(body)
+    board = optimise(program, replace(FAST, expand=True))
+    assert board.after.patterns == () and b"; inside" in board.data and board.proved
+    compare(program, board.after, text="free")
+    assert board.after.hits == 7
+    stubborn = program_of(body.replace("; inside", "M47,stop"))
+    kept = optimise(stubborn, replace(FAST, expand=True))
+    assert kept.after.patterns and "line 8: the pattern is not expanded" in kept.notes[-1]
 
 
 # -- the chain of tools --------------------------------------------------------------------

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from fractions import Fraction
 from itertools import pairwise
 
 import numpy as np
 
-from tcp.boards.chain import Candidate, Link, in_order
+from tcp.boards.chain import Candidate, Link, Stops, ToolOrder, arrange, in_order
 from tcp.boards.effort import Answer
 from tcp.boards.stretch import Stretch
 from tcp.boards.trail import Costs, Trail, follow, measure
@@ -35,20 +36,34 @@ class Solved:
 
 @dataclass(frozen=True)
 class Choice:
-    """The orders of all stretches that change, and travel with every path at its shortest."""
+    """What was chosen.
+
+    Parameters
+    ----------
+    orders : mapping
+        New orders of the stretches that change.
+    shortest : Costs
+        Travel with every path at its shortest.
+    sequence : tuple of int
+        The selections that do any work, in the order they are to be worked.
+    gain : int
+        What another order of tools saves against the file's own.
+    """
 
     orders: Orders
     shortest: Costs
+    sequence: tuple[int, ...]
+    gain: int
 
 
 def choose(
     program: Program,
     rule: CostRule,
     solved: list[Solved],
-    start: Place | None,
-    park: Place | None,
+    stops: Stops,
+    tool_order: ToolOrder = ToolOrder.KEEP,
 ) -> Choice:
-    """The best way to work each selection in turn: the new path, that path reversed, or the old.
+    """The best way to work each selection: the new path, that path reversed, or the old.
 
     Ties go to the file's own order, then to the new path as the solver gave it.
     """
@@ -62,12 +77,25 @@ def choose(
             back[only.stretch.first] = only.stretch.backwards(list(only.turns))
     versions: list[Orders] = [{}, forth, back]
     candidates = _candidates(program, rule, versions)
-    chain = in_order([candidates[number] for number, _ in parts], linker(rule), start, park)
+    ways = [candidates[number] for number, _ in parts]
+    kept = in_order(ways, linker(rule), *stops)
+    chain = kept
+    if tool_order is not ToolOrder.KEEP:
+        rank = [_rank(program, number) for number, _ in parts]
+        chain = arrange(ways, rank, tool_order, rule, program.step, stops)
     orders: Orders = {}
     for at, k in chain.steps:
         a, b = parts[at][1]
         orders |= {first: turns for first, turns in versions[k].items() if a <= first < b}
-    return Choice(orders, measure(permuted(program, forth), rule))
+    sequence = tuple(parts[at][0] for at, _ in chain.steps)
+    shortest = measure(permuted(program, forth), rule)
+    return Choice(orders, shortest, sequence, kept.cost - chain.cost)
+
+
+def _rank(program: Program, number: int) -> tuple[Fraction, int]:
+    """By diameter, then by number."""
+    tool = program.tools[program.selections[number].tool]
+    return tool.diameter or Fraction(0), tool.number
 
 
 def part_rows(program: Program) -> list[tuple[int, tuple[int, int]]]:
@@ -170,17 +198,31 @@ def _turned(repeats: tuple[Repeat, ...]) -> tuple[Repeat, ...]:
     return tuple(Repeat(r.count, -r.dx, -r.dy, r.line) for r in reversed(repeats))
 
 
-def least_links(program: Program, rule: CostRule, start: Place | None, park: Place | None) -> int:
-    """What the moves between successive selections, and to and from the stops, take at least."""
+def least_links(
+    program: Program, rule: CostRule, stops: Stops, tool_order: ToolOrder = ToolOrder.KEEP
+) -> int:
+    """What the moves between selections, from the start and to the park take at least.
+
+    With the order of tools kept, the nearest places of each and the next; with
+    the order free, a shortest spanning tree: any chain is one.
+    """
     trail = follow(program)
-    sets = [
-        (trail.x[trail.part == number], trail.y[trail.part == number])
-        for number, _ in part_rows(program)
-    ]
-    for point, at in ((start, 0), (park, len(sets) + 1)):
+    numbers = [number for number, _ in part_rows(program)]
+    if tool_order is ToolOrder.ASCENDING:
+        numbers.sort(key=lambda number: _rank(program, number))
+    sets = [(trail.x[trail.part == n], trail.y[trail.part == n]) for n in numbers]
+    for point, at in ((stops[0], 0), (stops[1], len(sets) + 1)):
         if point is not None:
             sets.insert(at, (np.array([point[0]]), np.array([point[1]])))
-    return sum(nearest(rule, p, q) for p, q in pairwise(sets))
+    if tool_order is not ToolOrder.OPTIMISE:
+        return sum(nearest(rule, p, q) for p, q in pairwise(sets))
+    far = [[nearest(rule, p, q) for q in sets] for p in sets]
+    total, outside = 0, {i: far[0][i] for i in range(1, len(sets))}
+    while outside:
+        best = min(outside, key=lambda i: outside[i])
+        total += outside.pop(best)
+        outside = {i: min(d, far[best][i]) for i, d in outside.items()}
+    return total
 
 
 def nearest(rule: CostRule, p: tuple[Ints, Ints], q: tuple[Ints, Ints]) -> int:

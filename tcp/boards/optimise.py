@@ -10,16 +10,17 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from fractions import Fraction
 
+from tcp.boards.chain import Stops, ToolOrder
 from tcp.boards.choose import Solved, choose, least_links, part_rows
 from tcp.boards.effort import Effort, answer
 from tcp.boards.machine import Machine
 from tcp.boards.stretch import anchored, free_runs
 from tcp.boards.trail import Costs, Point, measure, on_grid, rule_for
+from tcp.boards.versions import by_old_number, prepared, rewritten
 from tcp.errors import UsageError
-from tcp.files.excellon import Program, parse
+from tcp.files.excellon import Program
 from tcp.files.excellon.guard import LostError, compare
 from tcp.files.excellon.program import Place
-from tcp.files.excellon.rewrite import reorder
 from tcp.files.excellon.settings import Hints
 from tcp.instance import Instance
 from tcp.result import Progress, Proof
@@ -49,6 +50,12 @@ class Wishes:
         The first so many holes stay where they are (alignment holes).
     keep : frozenset of int
         Tools whose order stays.
+    tool_order : ToolOrder
+        The order of tools: the file's, by diameter, or the shortest.
+    merge : bool
+        Select each tool once.
+    expand : bool
+        Write repeats and step-and-repeat blocks out hole by hole.
     """
 
     machine: Machine = field(default_factory=Machine)
@@ -59,6 +66,16 @@ class Wishes:
     park: Point | None = None
     keep_first: int = 0
     keep: frozenset[int] = frozenset()
+    tool_order: ToolOrder = ToolOrder.KEEP
+    merge: bool = False
+    expand: bool = False
+
+    @property
+    def text_guard(self) -> str:
+        """How far the text around the units has to stay the same; see ``compare``."""
+        if self.merge or self.expand:
+            return "free"
+        return "same" if self.tool_order is ToolOrder.KEEP else "moved"
 
 
 @dataclass(frozen=True)
@@ -141,6 +158,10 @@ class Board:
         What the reader and the optimiser have to say.
     interrupted : bool
         Whether Ctrl-C cut the work short.
+    text_guard : str
+        How far the text around the units must be the same; see ``compare``.
+    order_gain : int
+        What the new order of tools saves against the file's own order of tools.
     """
 
     before: Program
@@ -155,6 +176,7 @@ class Board:
     notes: tuple[str, ...] = ()
     interrupted: bool = False
     text_guard: str = "same"
+    order_gain: int = 0
 
     @property
     def original(self) -> bytes:
@@ -207,32 +229,37 @@ def optimise(
     LostError
         If the new file would do other work than the old one.
     """
-    wishes = wishes or Wishes()
+    wishes, original = wishes or Wishes(), program
+    program, notes = prepared(program, wishes.merge, wishes.expand, hints)
     rule = rule_for(program, wishes.machine.travel, (wishes.start, wishes.park))
-    costs = measure(program, rule, wishes.start, wishes.park)
     solved, interrupted = _solve_all(program, wishes, news)
-    choice = choose(program, rule, solved, *stops(program, wishes))
-    orders = choice.orders
-    data = reorder(program, orders) if orders else program.document.data
-    after = parse(data, program.path, hints) if orders else program
-    compare(program, after)
+    choice = choose(program, rule, solved, stops(program, wishes), wishes.tool_order)
+    after = rewritten(program, choice, hints)
+    costs = measure(program, rule, wishes.start, wishes.park)
     costs_after = measure(after, rule, wishes.start, wishes.park)
-    if costs_after.total > costs.total:
+    ended = by_old_number(costs_after, choice)
+    if costs_after.total > costs.total and wishes.tool_order is not ToolOrder.ASCENDING:
         raise LostError(f"{program.path}: the new order is longer than the old one")
-    parts = _parts(program, wishes, costs, costs_after, choice.shortest, solved)
-    links = least_links(program, rule, *stops(program, wishes))
+    guard = wishes.text_guard
+    if not (wishes.merge or wishes.expand) and choice.sequence == tuple(sorted(choice.sequence)):
+        guard = "same"
+    compare(original, after, text=guard)
+    parts = _parts(program, wishes, costs, ended, choice.shortest, solved)
+    links = least_links(program, rule, stops(program, wishes), wishes.tool_order)
     return Board(
-        before=program,
+        before=original,
         after=after,
-        data=data,
+        data=after.document.data,
         parts=parts,
-        costs_before=costs,
+        costs_before=measure(original, rule, wishes.start, wishes.park),
         costs_after=costs_after,
         bound=sum(part.bound or 0 for part in parts) + links,
         rule=rule,
         wishes=wishes,
-        notes=program.notes,
+        notes=(*original.notes, *notes),
         interrupted=interrupted,
+        text_guard=guard,
+        order_gain=choice.gain,
     )
 
 
@@ -276,7 +303,7 @@ def locked_parts(program: Program, wishes: Wishes) -> frozenset[int]:
     return frozenset(i for i, s in enumerate(program.selections) if s.tool in wishes.keep)
 
 
-def stops(program: Program, wishes: Wishes) -> tuple[Place | None, Place | None]:
+def stops(program: Program, wishes: Wishes) -> Stops:
     """Start and park position on the file's grid."""
     start = None if wishes.start is None else on_grid(program, wishes.start)
     return start, None if wishes.park is None else on_grid(program, wishes.park)

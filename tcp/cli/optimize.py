@@ -12,6 +12,7 @@ from typing import Any
 
 import click
 
+from tcp.boards.chain import ToolOrder
 from tcp.boards.deliver import Target, collect, manifest, write_board
 from tcp.boards.effort import LIMITS, Effort
 from tcp.boards.machine import Machine, read_machine
@@ -141,6 +142,15 @@ def _options(options: list[Any]) -> Callable[[Function], Function]:
 )
 @click.option("--exact", is_flag=True, help="Write only what is proved shortest, else exit 5.")
 @click.option("--seed", type=int, default=0, show_default=True, help="Source of all randomness.")
+@click.option(
+    "--tool-order",
+    type=click.Choice([str(o) for o in ToolOrder]),
+    default="keep",
+    show_default=True,
+    help="The order of tools: the file's, by diameter, or the shortest.",
+)
+@click.option("--merge-tool-selections", "merge", is_flag=True, help="Select each tool once.")
+@click.option("--expand", is_flag=True, help="Write repeats and patterns out hole by hole.")
 @click.option("--keep-first", type=click.IntRange(0), default=0, help="Units that stay in front.")
 @click.option("--keep", multiple=True, metavar="T", help="A tool whose order stays; repeatable.")
 @_options(_MACHINE)
@@ -206,6 +216,9 @@ def _job(given: dict[str, Any], many: bool) -> Job:
         park=given["park"] or given["home"],
         keep_first=given["keep_first"],
         keep=frozenset(map(_tool, given["keep"])),
+        tool_order=ToolOrder(given["tool_order"]),
+        merge=given["merge"],
+        expand=given["expand"],
     )
     return Job(
         wishes=wishes,

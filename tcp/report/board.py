@@ -81,6 +81,9 @@ def conclusions(board: Board, written: Path | None) -> list[str]:
             f"the file travels {factor(before, after)} times what the new order needs"
             f" and {factor(before, board.bound)} times the lower bound"
         )
+    if board.order_gain:
+        unit = board.wishes.machine.unit
+        found.append(f"the order of tools saves {amount(board, board.order_gain)} {unit} of that")
     if board.wishes.machine.timed:
         found.append(f"{float(board.worth(before - after)):.1f} s saved a board")
         found.append(
@@ -121,6 +124,8 @@ def board_data(board: Board, written: Path | None) -> dict[str, Any]:
         "lower_bound": worth(board.bound),
         "links_before": worth(board.costs_before.links),
         "links_after": worth(board.costs_after.links),
+        "tool_order": str(board.wishes.tool_order),
+        "tool_order_gain": worth(board.order_gain),
         "proved": board.proved,
         "changed": board.changed,
         "effort": str(board.wishes.effort),

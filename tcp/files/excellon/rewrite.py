@@ -17,7 +17,7 @@ from tcp.files.excellon.document import ending
 from tcp.files.excellon.program import Kind, Mark, Place, Program
 from tcp.files.excellon.state import NUMBER
 
-_AXES = re.compile(
+AXES = re.compile(
     rb"X[ \t]*" + NUMBER + rb"(?:[ \t]*Y[ \t]*" + NUMBER + rb")?"
     rb"|Y[ \t]*" + NUMBER + rb"(?:[ \t]*X[ \t]*" + NUMBER + rb")?"
 )
@@ -140,7 +140,7 @@ class Writer:
         if mark & Mark.INCREMENTAL:
             px, py = self.at or (0, 0)
             x, y = x - px, y - py
-        return _AXES.sub(self._text(x, y), line, count=1)
+        return AXES.sub(self._text(x, y), line, count=1)
 
     def _text(self, x: int, y: int) -> bytes:
         style = self.program.style
@@ -158,12 +158,12 @@ class Writer:
             return b"".join(lines)
         if kind == Kind.SLOT:
             cut = lines[0].index(b"G")
-            head = _AXES.sub(self._text(self.x2[row], self.y2[row]), lines[0][:cut], count=1)
-            tail = _AXES.sub(self._text(self.x1[row], self.y1[row]), lines[0][cut:], count=1)
+            head = AXES.sub(self._text(self.x2[row], self.y2[row]), lines[0][:cut], count=1)
+            tail = AXES.sub(self._text(self.x1[row], self.y1[row]), lines[0][cut:], count=1)
             return head + tail
         start, end = (m.line - self.first[row] for m in self.program.routes[row])
-        lines[start] = _AXES.sub(self._text(self.x2[row], self.y2[row]), lines[start], count=1)
-        lines[end] = _AXES.sub(self._text(self.x1[row], self.y1[row]), lines[end], count=1)
+        lines[start] = AXES.sub(self._text(self.x2[row], self.y2[row]), lines[start], count=1)
+        lines[end] = AXES.sub(self._text(self.x1[row], self.y1[row]), lines[end], count=1)
         return b"".join(lines)
 
 
