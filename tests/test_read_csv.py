@@ -7,6 +7,7 @@ from decimal import Decimal
 from fractions import Fraction
 from pathlib import Path
 
+import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -15,8 +16,9 @@ from tcp import Workpiece
 from tcp.errors import InputError, OutputError
 from tcp.files import read
 from tcp.files.numbers import Decimals, TooFine, common_steps
-from tcp.files.route import route_csv
+from tcp.files.route import in_millimetres, route_csv
 from tcp.files.write import write_file
+from tcp.result import decimal
 
 ROOT = Path(__file__).resolve().parents[1]
 
@@ -177,6 +179,15 @@ def test_a_route_file_reads_back_in_drilling_order(tmp_path):
     assert holes(again) == [holes(piece)[i] for i in route]
     assert again.diameters == tuple(piece.diameters[i] for i in route)
     assert again.tools == tuple(piece.tools[i] for i in route)
+
+
+@given(
+    st.lists(st.integers(-(2**52), 2**52), min_size=1, max_size=5),
+    st.sampled_from(["1", "1/1000", "127/50", "127/5000000", "10", "1/3", "1/1024"]),
+)
+def test_coordinates_are_printed_exactly(steps, step):
+    expected = [decimal(value * Fraction(step)) for value in steps]
+    assert in_millimetres(np.array(steps, dtype=np.int64), Fraction(step)) == expected
 
 
 def test_files_are_replaced_whole_or_not_at_all(tmp_path):

@@ -5,9 +5,15 @@ from __future__ import annotations
 import csv
 import io
 from collections.abc import Sequence
+from fractions import Fraction
+
+import numpy as np
 
 from tcp.result import decimal
-from tcp.workpiece import Workpiece
+from tcp.workpiece import Ints, Workpiece
+
+MAX_PLACES = 30
+"""Steps with more decimal places than this are printed one by one."""
 
 
 def route_csv(workpiece: Workpiece, route: Sequence[int], remarks: Sequence[str] = ()) -> str:
@@ -29,15 +35,34 @@ def route_csv(workpiece: Workpiece, route: Sequence[int], remarks: Sequence[str]
         rows = csv.writer(text, lineterminator="\n", quoting=csv.QUOTE_ALL)
     sized, tooled = bool(workpiece.diameters), bool(workpiece.tools)
     rows.writerow(["id", "x_mm", "y_mm", *["diameter_mm"] * sized, *["tool"] * tooled])
-    for i in route:
-        hole = workpiece.hole(i)
-        row = [hole.id, decimal(hole.x), decimal(hole.y)]
+    order = np.asarray(route, dtype=np.int64)
+    x = in_millimetres(workpiece.x[order], workpiece.step)
+    y = in_millimetres(workpiece.y[order], workpiece.step)
+    for i, *row in zip(order.tolist(), x, y, strict=True):
+        row.insert(0, workpiece.ids[i])
         if sized:
-            row.append("" if hole.diameter is None else decimal(hole.diameter))
+            diameter = workpiece.diameters[i]
+            row.append("" if diameter is None else decimal(diameter))
         if tooled:
-            row.append(hole.tool or "")
+            row.append(workpiece.tools[i] or "")
         rows.writerow(row)
     return text.getvalue()
+
+
+def in_millimetres(steps: Ints, step: Fraction) -> list[str]:
+    """Coordinates in steps as exact decimal strings; a million in a second or two."""
+    places = 0
+    while places < MAX_PLACES and (step * 10**places).denominator > 1:
+        places += 1
+    unit = step * 10**places
+    if places == 0 or unit.denominator > 1:
+        return [decimal(v * step) for v in steps.tolist()]
+    texts = []
+    for value in steps.tolist():
+        digits = f"{abs(value) * unit.numerator:0{places + 1}d}"
+        text = f"{digits[:-places]}.{digits[-places:]}".rstrip("0").rstrip(".")
+        texts.append(f"-{text}" if value < 0 else text)
+    return texts
 
 
 def route_tour(workpiece: Workpiece, route: Sequence[int], remarks: Sequence[str] = ()) -> str:

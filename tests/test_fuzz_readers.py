@@ -1,0 +1,64 @@
+"""Whatever bytes a file holds, a reader returns a workpiece or one sentence."""
+
+from __future__ import annotations
+
+import contextlib
+
+import pytest
+from hypothesis import example, given, settings
+from hypothesis import strategies as st
+
+from tcp import Instance
+from tcp.errors import InputError, UsageError
+from tcp.files import Reading, read
+
+CELLS = ["x", "y", "id", "X (mm)", "y_in", "diameter", "tool", "1", "2.5", "-3", "1e3", "1,5"]
+CELLS += ["", " ", "nan", "#", '"', '"a', "é", "\0", "9" * 40, "1e308", "# units: inch", "\u2028"]
+WORDS = ["NAME", "TYPE", "TSP", "DIMENSION", "EDGE_WEIGHT_TYPE", "EUC_2D", "EXPLICIT", ":", "EOF"]
+WORDS += ["EDGE_WEIGHT_FORMAT", "UPPER_ROW", "FULL_MATRIX", "NODE_COORD_SECTION", "-1", "0"]
+WORDS += ["EDGE_WEIGHT_SECTION", "DISPLAY_DATA_SECTION", "2", "3", "1.5", "1e9", "nan", "\n", "\n"]
+
+tables = st.lists(
+    st.builds(
+        lambda delimiter, cells: delimiter.join(cells),
+        st.sampled_from([",", ";", "\t", " "]),
+        st.lists(st.sampled_from(CELLS), min_size=1, max_size=5),
+    ),
+    max_size=6,
+).map(lambda lines: "\n".join(lines).encode())
+problems = st.lists(st.sampled_from(WORDS), max_size=40).map(lambda words: " ".join(words).encode())
+head = b"NAME: p\nTYPE: TSP\nDIMENSION: 2\nEDGE_WEIGHT_TYPE: "
+
+
+def judged(folder, name, data):
+    path = folder / name
+    path.write_bytes(data)
+    try:
+        reading = read(path)
+    except InputError as error:
+        assert "\n" not in str(error) and len(str(error)) < 600
+        return
+    assert isinstance(reading, Reading) and len(reading.workpiece) >= 1
+    with contextlib.suppress(UsageError):  # a board too wide for 62-bit costs
+        assert Instance(reading.workpiece).granularity >= 1
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    return tmp_path_factory.mktemp("fuzz")
+
+
+@settings(max_examples=300, deadline=None)
+@given(tables | st.binary(max_size=60))
+@example(b'"1,2\n')
+@example(b"x,y\n1,2\x1c3,4\n")
+def test_csv(folder, data):
+    judged(folder, "f.csv", data)
+
+
+@settings(max_examples=300, deadline=None)
+@given(problems | st.binary(max_size=60) | problems.map(lambda tail: head + tail))
+@example(head + b"EUC_2D\nNODE_COORD_SECTION\n")
+@example(head + b"EXPLICIT\nEDGE_WEIGHT_FORMAT: FULL_MATRIX\nEDGE_WEIGHT_SECTION\n")
+def test_tsplib(folder, data):
+    judged(folder, "f.tsp", data)
