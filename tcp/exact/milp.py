@@ -14,11 +14,11 @@ import numpy as np
 
 from tcp.errors import UsageError
 from tcp.exact.backends import Answer, Backend, End, backend
+from tcp.exact.min_cut import violated_sets
 from tcp.exact.tiny import settle
 from tcp.heuristics.start import start_tour
 from tcp.instance import Instance
 from tcp.models.milp import FORMULATIONS, Formulation, Subtour
-from tcp.models.separation import violated_sets
 from tcp.result import Outcome, Progress, Report, silent
 from tcp.stop import Clock, StopReason
 

@@ -1,0 +1,113 @@
+"""What the exact models refuse, and the minimum cuts that the subtour model rests on."""
+
+from __future__ import annotations
+
+import itertools
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from tcp import Ends, Instance, Status, Stop, Travel, Workpiece, solve
+from tcp.errors import UsageError
+from tcp.exact.min_cut import violated_sets
+from tcp.travel import Model
+
+
+def line(n: int, ends: Ends | None = None, travel: Travel | None = None) -> Instance:
+    piece = Workpiece.from_decimals("line", [(k * k % 101, k) for k in range(n)])
+    return Instance(piece, travel or Travel(), ends or Ends())
+
+
+weights = st.lists(st.sampled_from([0, 0, 1, 2, 3, 4]), min_size=21, max_size=21)
+
+
+@settings(max_examples=300, deadline=None)
+@given(weights, st.integers(4, 7))
+def test_cuts_are_found_exactly_where_there_are_any(values, size):
+    pairs = itertools.combinations(range(size), 2)
+    support = {p: v / 2 for p, v in zip(pairs, values, strict=False) if v}
+    if not support:
+        return
+
+    def left(inside):
+        return sum(v for (i, j), v in support.items() if (i in inside) != (j in inside))
+
+    sets = [set(s) for k in range(1, size) for s in itertools.combinations(range(size), k)]
+    found = violated_sets(size, support)
+    assert all(left(nodes) < 2 and 0 < len(nodes) <= size / 2 for nodes in found)
+    assert bool(found) == (min(map(left, sets)) < 2)
+
+
+def test_held_karp_takes_twenty_holes_and_refuses_forty():
+    home = (1, 2)
+    for ends in (Ends(), Ends(closed=True), Ends(home=home, back=True, start=3)):
+        result = solve(line(20, ends), "held-karp")
+        assert result.status is Status.OPTIMAL
+        assert result.details["table_bytes"] < 2**32
+    with pytest.raises(UsageError, match="20 holes always fit"):
+        solve(line(40), "held-karp")
+
+
+@pytest.mark.parametrize(
+    ("solver", "options", "words"),
+    [
+        ("milp", {"formulation": "dfj"}, "unknown formulation 'dfj'; expected one of subtour"),
+        ("milp", {"backend": "cplex"}, "unknown backend 'cplex'; expected one of highs"),
+        ("routing", {"metaheuristic": "luck"}, "metaheuristic one of automatic"),
+        ("routing", {"metaheuristic": "tabu_search"}, "set a time limit"),
+        ("routing", {"first_solution": "none"}, "first_solution is one of"),
+        ("cp-sat", {"workers": 0}, "workers of 1 or more"),
+        ("cp-sat", {"speed": 1}, "no option 'speed'"),
+    ],
+)
+def test_options_that_do_not_exist_are_refused(solver, options, words):
+    with pytest.raises(UsageError, match=words):
+        solve(line(6), solver, **options)
+
+
+@pytest.mark.parametrize("solver", ["milp", "cp-sat", "routing"])
+def test_models_that_would_be_too_large_are_refused(solver):
+    with pytest.raises(UsageError, match=f"{solver} cannot solve line"):
+        solve(line(2_500), solver)
+
+
+def test_costs_too_fine_for_floating_point_are_refused():
+    fine = Travel(Model.EUCLIDEAN, quantum=Travel().vx / 10**12)
+    with pytest.raises(UsageError, match="larger quantum"):
+        solve(line(30, travel=fine), "milp")
+
+
+@pytest.mark.parametrize("backend", ["scip", "cbc"])
+def test_a_missing_backend_is_named(backend, monkeypatch):
+    from tcp.exact import backends
+
+    missing = backends.pulp.SCIP_PY if backend == "scip" else backends.pulp.COIN_CMD
+    monkeypatch.setattr(missing, "available", lambda self: False)
+    with pytest.raises(UsageError, match=f"{backend} is not installed"):
+        solve(line(6), "milp", backend=backend)
+
+
+@pytest.mark.parametrize("metaheuristic", ["guided_local_search", "simulated_annealing"])
+def test_routing_searches_as_it_is_told(metaheuristic):
+    instance = line(25)
+    result = solve(
+        instance,
+        "routing",
+        stop=Stop(time=0.2),
+        metaheuristic=metaheuristic,
+        first_solution="savings",
+    )
+    assert result.details["metaheuristic"] == metaheuristic
+    assert result.cost >= solve(instance, "cp-sat").cost
+
+
+def test_bounds_have_a_margin_and_stay_integers():
+    rng = np.random.default_rng(1)
+    points = [(int(x), int(y)) for x, y in rng.integers(0, 10**4, (9, 2))]
+    instance = Instance(Workpiece.from_decimals("fine", points), Travel(Model.EUCLIDEAN))
+    truth = solve(instance, "held-karp").cost
+    for formulation in ("subtour", "mtz", "flow"):
+        result = solve(instance, "milp", formulation=formulation)
+        assert isinstance(result.bound, int) and result.bound <= truth <= result.cost
