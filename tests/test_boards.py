@@ -474,6 +474,19 @@ def test_a_lost_hole_leaves_nothing_behind(board, monkeypatch):
     assert list(board.parent.iterdir()) == [board]
 
 
+def test_every_proved_tool_gets_a_certificate_that_checks(board, tmp_path):
+    done = run(board, "--certificates", tmp_path / "proofs", "--json")
+    data = json.loads(done.stdout)
+    assert [tool["proof"] for tool in data["tools"]] == ["certified", "certified"]
+    written = [path for tool in data["tools"] for path in tool["certificates"]]
+    assert [Path(path).name for path in written] == [
+        "board-T1.cert.json.gz",
+        "board-T2.cert.json.gz",
+    ]
+    for path in written:
+        assert CliRunner().invoke(main, ["check", path]).exit_code == 0
+
+
 def test_machine_options_reach_the_board(board, tmp_path):
     profile = ROOT / "data" / "machines" / "ball-screw-drill.toml"
     done = run(board, "--machine", profile, "--home", "0,0", "--json", "--dry-run")

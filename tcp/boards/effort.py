@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from enum import StrEnum
+from pathlib import Path
 from typing import Any
 
 from tcp.instance import Instance
-from tcp.result import Proof, Report, Result, Status, silent
-from tcp.solve import SMALL, SOLVERS, solve
+from tcp.result import Proof, Report, Result, silent
+from tcp.solve import SMALL, solve
 from tcp.stop import Stop, StopReason
 
 
@@ -25,6 +26,7 @@ LIMITS = {Effort.FAST: 1.0, Effort.NORMAL: 10.0, Effort.PROOF: 600.0}
 
 PROVER = "branch-and-cut"
 SEEKER = "local-search"
+AS_IS = "file order"
 SHARE = 0.4
 """Share of the time for the route alone where a proof in time is unlikely."""
 
@@ -42,7 +44,7 @@ class Answer:
     proof: Proof
     seconds: float
     solver: str
-    evidence: Any = None
+    certificate: Path | None = None
     interrupted: bool = False
 
     @property
@@ -58,6 +60,7 @@ def answer(
     limit: float | None,
     seed: int,
     report: Report = silent,
+    certificate: Path | None = None,
 ) -> Answer:
     """The best route within the effort, never worse than the file's own order.
 
@@ -75,24 +78,34 @@ def answer(
         Source of all randomness.
     report : callable
         Receives the solvers' news.
+    certificate : path, optional
+        Where to write the proof, if there is one.
     """
     seconds = LIMITS[effort] if limit is None else limit
     best = _as_it_stands(instance, as_is)
-    if best.optimal:
+    if best.optimal and certificate is None:
         return best
     if instance.form.size <= SMALL:
-        return _better(best, solve(instance, "auto", exact=True, seed=seed, report=report))
-    if effort is Effort.FAST or PROVER not in SOLVERS:
+        found = solve(
+            instance, "auto", exact=True, seed=seed, report=report, certificate=certificate
+        )
+        return _better(best, found)
+    if effort is Effort.FAST:
         found = solve(instance, SEEKER, stop=Stop(seconds), seed=seed, report=report)
         return _better(best, found)
-    spent = 0.0
     if instance.form.size > LARGE:
-        found = solve(instance, SEEKER, stop=Stop(SHARE * seconds), seed=seed, report=report)
-        best, spent = _better(best, found), found.seconds
-    if not best.interrupted:
-        left = max(seconds - spent, 0.1)
-        best = _better(best, solve(instance, PROVER, stop=Stop(left), seed=seed, report=report))
-    return best
+        first = solve(instance, SEEKER, stop=Stop(SHARE * seconds), seed=seed, report=report)
+        best = _better(best, first)
+    if best.interrupted:
+        return best
+    known: dict[str, Any] = {} if best.solver == AS_IS else {"start_route": best.route}
+    left = Stop(max(seconds - best.seconds, 0.1))
+    return _better(
+        best,
+        solve(
+            instance, PROVER, stop=left, seed=seed, report=report, certificate=certificate, **known
+        ),
+    )
 
 
 def _as_it_stands(instance: Instance, route: tuple[int, ...]) -> Answer:
@@ -100,7 +113,7 @@ def _as_it_stands(instance: Instance, route: tuple[int, ...]) -> Answer:
     cost = instance.cost(route)
     bound = cost if len(route) <= 2 or cost == 0 else None
     proof = Proof.TRUSTED if bound is not None else Proof.NONE
-    return Answer(route, cost, bound, proof, 0.0, "file order")
+    return Answer(route, cost, bound, proof, 0.0, AS_IS)
 
 
 def _better(best: Answer, found: Result) -> Answer:
@@ -109,7 +122,6 @@ def _better(best: Answer, found: Result) -> Answer:
     bound = max(bounds) if bounds else None
     seconds = best.seconds + found.seconds
     stopped = found.stopped is StopReason.INTERRUPTED
-    proved = found.status is Status.OPTIMAL
     shorter = found.route is not None and found.cost is not None and found.cost < best.cost
     if shorter:
         assert found.route is not None and found.cost is not None
@@ -118,8 +130,14 @@ def _better(best: Answer, found: Result) -> Answer:
     return replace(
         best,
         bound=bound,
-        proof=Proof.TRUSTED if closed else Proof.NONE,
+        proof=_proof(closed, found),
         seconds=seconds,
-        evidence=found if proved else best.evidence,
+        certificate=found.certificate if closed else None,
         interrupted=best.interrupted or stopped,
     )
+
+
+def _proof(closed: bool, found: Result) -> Proof:
+    if not closed:
+        return Proof.NONE
+    return found.proof if found.proof is Proof.CERTIFIED else Proof.TRUSTED

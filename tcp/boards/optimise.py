@@ -9,12 +9,13 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from fractions import Fraction
+from pathlib import Path
 
 from tcp.boards.chain import Stops, ToolOrder
 from tcp.boards.choose import Solved, choose, least_links, part_rows
 from tcp.boards.effort import Effort, answer
 from tcp.boards.machine import Machine
-from tcp.boards.stretch import anchored, free_runs
+from tcp.boards.stretch import Stretch, anchored, free_runs
 from tcp.boards.trail import Costs, Point, measure, on_grid, rule_for
 from tcp.boards.versions import by_old_number, prepared, rewritten
 from tcp.errors import UsageError
@@ -56,6 +57,8 @@ class Wishes:
         Select each tool once.
     expand : bool
         Write repeats and step-and-repeat blocks out hole by hole.
+    certificates : path, optional
+        Folder for a certificate of every stretch that is proved.
     """
 
     machine: Machine = field(default_factory=Machine)
@@ -69,6 +72,7 @@ class Wishes:
     tool_order: ToolOrder = ToolOrder.KEEP
     merge: bool = False
     expand: bool = False
+    certificates: Path | None = None
 
     @property
     def text_guard(self) -> str:
@@ -279,13 +283,33 @@ def _solve_all(program: Program, wishes: Wishes, news: News | None) -> tuple[lis
             if news is not None:
                 news(name, instance, progress)
 
-        found = answer(instance, as_is, wishes.effort, wishes.time_limit, wishes.seed, report)
+        found = answer(
+            instance,
+            as_is,
+            wishes.effort,
+            wishes.time_limit,
+            wishes.seed,
+            report,
+            _certificate(wishes.certificates, program, stretch, solved),
+        )
         turns = stretch.as_is() if found.route == as_is else stretch.turns(found.route)
         ends[run[1] - 1] = stretch.ends(turns)[1]
         solved.append(Solved(stretch, found, tuple(turns)))
         if found.interrupted:
             return solved, True
     return solved, False
+
+
+def _certificate(
+    folder: Path | None, program: Program, stretch: Stretch, before: list[Solved]
+) -> Path | None:
+    """Where a stretch's certificate goes: ``board-T3.cert.json.gz``, ``board-T3-2...``."""
+    if folder is None:
+        return None
+    tool = int(program.rows.tool[stretch.first])
+    again = sum(int(program.rows.tool[s.stretch.first]) == tool for s in before)
+    more = f"-{again + 1}" if again else ""
+    return folder / f"{program.path.stem}-T{tool}{more}.cert.json.gz"
 
 
 def locked_parts(program: Program, wishes: Wishes) -> frozenset[int]:
@@ -332,12 +356,18 @@ def _parts(
                 before=before.parts[number],
                 after=after.parts[number],
                 bound=bound,
-                proof=Proof.TRUSTED if closed else Proof.NONE,
+                proof=_weakest(mine) if closed else Proof.NONE,
                 solved=mine,
                 locked=number in locked,
             )
         )
     return tuple(found)
+
+
+def _weakest(mine: tuple[Solved, ...]) -> Proof:
+    """Certified if every stretch is."""
+    certified = mine and all(s.answer.proof is Proof.CERTIFIED for s in mine)
+    return Proof.CERTIFIED if certified else Proof.TRUSTED
 
 
 def _bound(

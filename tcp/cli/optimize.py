@@ -19,8 +19,8 @@ from tcp.boards.machine import Machine, read_machine
 from tcp.boards.optimise import Board, News, Wishes, optimise
 from tcp.cli.main import complain
 from tcp.cli.options import number, point
-from tcp.cli.terminal import on_terminal, tell
-from tcp.errors import Exit, TcpError, UsageError
+from tcp.cli.terminal import on_terminal, output_path, tell
+from tcp.errors import Exit, OutputError, TcpError, UsageError
 from tcp.files.excellon import Hints, hints, oddities, read_program
 from tcp.files.write import write_file
 from tcp.report.board import board_data, board_table, summary_table
@@ -160,6 +160,13 @@ def _options(options: list[Any]) -> Callable[[Function], Function]:
 @click.option("--force", is_flag=True, help="Overwrite an existing output.")
 @click.option("--dry-run", is_flag=True, help="Do everything but write.")
 @click.option("--check", is_flag=True, help="Only judge the file; exit 1 if it wastes travel.")
+@click.option(
+    "--certificates", type=click.Path(path_type=Path), help="Folder for a certificate a tool."
+)
+@click.option("--plot", type=click.Path(path_type=Path), help="Before and after: .svg or .png.")
+@click.option(
+    "--report", type=click.Path(path_type=Path), help="A self-contained page (.html) to look at."
+)
 @click.option("--manifest", type=click.Path(path_type=Path), help="Write hashes as JSON.")
 @click.option("--json", "as_json", is_flag=True, help="One JSON object a board, on one line.")
 def command(files: tuple[Path, ...], **given: Any) -> int:
@@ -178,6 +185,7 @@ def command(files: tuple[Path, ...], **given: Any) -> int:
             worst = max(worst, complain(error))
             continue
         boards.append((board, written))
+        _show(board, given["plot"], given["report"], job.many)
         worst = max(worst, code)
         click.echo(
             json.dumps(board_data(board, written)) if job.as_json else board_table(board, written)
@@ -189,6 +197,19 @@ def command(files: tuple[Path, ...], **given: Any) -> int:
     if given["manifest"] is not None:
         write_file(given["manifest"], manifest(boards))
     return worst
+
+
+def _show(board: Board, plot: Path | None, page: Path | None, many: bool) -> None:
+    """Draw the board and write its page, where that is asked for."""
+    source = board.before.path
+    if plot is not None:
+        from tcp.report.board_plot import save_board_plot
+
+        save_board_plot(board, output_path(plot, source, many, ".svg"))
+    if page is not None:
+        from tcp.report.board_html import save_board_html
+
+        save_board_html(board, output_path(page, source, many, ".html"))
 
 
 def _job(given: dict[str, Any], many: bool) -> Job:
@@ -219,6 +240,7 @@ def _job(given: dict[str, Any], many: bool) -> Job:
         tool_order=ToolOrder(given["tool_order"]),
         merge=given["merge"],
         expand=given["expand"],
+        certificates=_folder(given["certificates"]),
     )
     return Job(
         wishes=wishes,
@@ -233,6 +255,16 @@ def _job(given: dict[str, Any], many: bool) -> Job:
         many=many,
         live=not given["as_json"] and on_terminal(),
     )
+
+
+def _folder(path: Path | None) -> Path | None:
+    """A folder for outputs, made if need be."""
+    if path is not None:
+        try:
+            path.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise OutputError(f"cannot make {path}: {(error.strerror or '').lower()}") from None
+    return path
 
 
 def _machine(given: dict[str, Any]) -> Machine:

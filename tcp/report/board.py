@@ -25,11 +25,11 @@ def verdict(part: Part) -> str:
     if part.optimal:
         order = "the file's order is" if part.before == part.after else "proved"
         return f"{order} shortest" + (" (certified)" if part.proof == "certified" else "")
-    if part.bound is None:
+    if not part.bound:
         return "no bound"
     if part.proved:
         return "the file's order is kept: it saves more between the tools"
-    return f"at most {percent((part.after - part.bound) / part.after)} above the shortest"
+    return f"at most {percent((part.after - part.bound) / part.bound)} above the shortest"
 
 
 def board_table(board: Board, written: Path | None) -> str:
@@ -142,6 +142,9 @@ def board_data(board: Board, written: Path | None) -> dict[str, Any]:
                 "proof": str(part.proof),
                 "locked": part.locked,
                 "seconds": round(part.seconds, 3),
+                "certificates": [
+                    str(s.answer.certificate) for s in part.solved if s.answer.certificate
+                ],
             }
             for part in board.parts
         ],
