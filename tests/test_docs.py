@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import sys
 import textwrap
+import tomllib
 import types
 from fractions import Fraction
 from pathlib import Path
@@ -57,6 +58,18 @@ def test_every_option_is_documented(name):
     for parameter in command.params:
         if isinstance(parameter, click.Option):
             assert f"`{parameter.opts[0]}" in text, parameter.opts[0]
+
+
+def test_the_layers_are_those_of_the_contract():
+    contract = tomllib.loads(document("pyproject.toml"))["tool"]["importlinter"]["contracts"][0]
+    block = document("docs/architecture.md").split("## The layers")[1].split("```")[1].split("\n")
+    assert block[1:-1] == [layer.replace("tcp.", "") for layer in contract["layers"]]
+
+
+def test_every_folder_has_its_paragraph():
+    text = document("docs/architecture.md")
+    for folder in (p.parent.name for p in (ROOT / "tcp").glob("*/__init__.py")):
+        assert f"**`tcp/{folder}/`**" in text, folder
 
 
 def test_the_readmes_python_works(monkeypatch, capsys):
