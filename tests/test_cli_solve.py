@@ -138,6 +138,28 @@ def test_usage_errors_are_one_sentence_and_exit_2(kind):
     assert done.stderr.startswith("tcp: ") and done.stderr.count("\n") == 1
 
 
+def test_a_certificate_is_written_and_passes_the_checker(tmp_path):
+    proof = tmp_path / "wp1.cert.json"
+    done = tcp("solve", "--exact", "--certificate", proof, DATA / "wp1.csv")
+    assert done.exit_code == 0 and "certified" in done.stdout
+    assert tcp("check", proof, DATA / "wp1.csv").exit_code == 0
+    assert tcp("check", proof, DATA / "wp2.csv").exit_code == 1
+    assert list(tmp_path.iterdir()) == [proof]
+
+
+def test_several_certificates_need_a_directory(tmp_path):
+    files = [DATA / "wp1.csv", DATA / "five.csv"]
+    assert tcp("solve", "--exact", "--certificate", tmp_path / "one.json", *files).exit_code == 2
+    assert tcp("solve", "--exact", "--certificate", tmp_path, *files).exit_code == 0
+    written = {path.name for path in tmp_path.iterdir()}
+    assert written == {"wp1.cert.json.gz", "five.cert.json.gz"}
+
+
+def test_a_certificate_that_cannot_be_written_is_exit_7(tmp_path):
+    nowhere = tmp_path / "missing" / "wp1.cert.json"
+    assert tcp("solve", "--exact", "--certificate", nowhere, DATA / "wp1.csv").exit_code == 7
+
+
 def test_infeasible_is_exit_4():
     done = tcp("solve", "--min-jump", "400", DATA / "wp1.csv")
     assert done.exit_code == 4 and "infeasible" in done.stdout

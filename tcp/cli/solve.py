@@ -28,6 +28,7 @@ Examples:
   tcp solve --travel case2 --start 49 --time-limit 10 data/wp3.csv
   tcp solve --home 0,0 --legs out --json data/fa14.csv
   tcp solve --solver milp --formulation mtz --set backend=cbc data/wp1.csv
+  tcp solve --exact --certificate wp3.cert.json data/wp3.csv
   tcp solve --exact --closed --out berlin52.tour berlin52.tsp
   tcp solve --out route.csv --plot route.svg board.csv
 
@@ -52,16 +53,16 @@ class Run:
     settings: dict[str, Any]
     live: bool
 
-    def __call__(self, instance: Instance) -> Result:
+    def __call__(self, instance: Instance, certificate: Path | None) -> Result:
         """Solve one instance, with a live line where one is wanted."""
         if not self.live:
-            return self._solve(instance, silent)
+            return self._solve(instance, certificate, silent)
         from tcp.report.live import live_line
 
         with live_line(instance) as report:
-            return self._solve(instance, report)
+            return self._solve(instance, certificate, report)
 
-    def _solve(self, instance: Instance, report: Report) -> Result:
+    def _solve(self, instance: Instance, certificate: Path | None, report: Report) -> Result:
         goal = None if self.goal is None else self.goal / instance.quantum
         return solve(
             instance,
@@ -70,6 +71,7 @@ class Run:
             seed=self.seed,
             exact=self.exact,
             report=report,
+            certificate=certificate,
             **self.settings,
         )
 
@@ -81,7 +83,14 @@ class Outputs:
     as_json: bool
     out: Path | None
     plot: Path | None
+    certificate: Path | None
     many: bool
+
+    def proof(self, path: Path) -> Path | None:
+        """Where the proof about the workpiece in ``path`` goes."""
+        if self.certificate is None:
+            return None
+        return output_path(self.certificate, path, self.many, ".cert.json.gz")
 
     def __call__(self, result: Result, path: Path) -> None:
         """Print one result and write its files."""
@@ -118,6 +127,12 @@ class Outputs:
 @click.option("--json", "as_json", is_flag=True, help="One JSON object a file, on one line.")
 @click.option("--out", type=click.Path(path_type=Path), help="Write the route: .csv, or .tour.")
 @click.option("--plot", type=click.Path(path_type=Path), help="Draw the route: .svg or .png.")
+@click.option(
+    "--certificate",
+    type=click.Path(path_type=Path),
+    metavar="FILE",
+    help="Write the proof, once checked: .json or .json.gz.",
+)
 def command(
     problem: Problem,
     files: tuple[Path, ...],
@@ -128,6 +143,7 @@ def command(
     as_json: bool,
     out: Path | None,
     plot: Path | None,
+    certificate: Path | None,
     **how: Any,
 ) -> int:
     """Find the order in which to drill the holes of each FILE (CSV or TSPLIB .tsp).
@@ -140,13 +156,13 @@ def command(
     if solver == "auto" and (formulation or backend):
         solver = "milp"  # whose options these are
     run = Run(solver=solver, settings=own, live=not as_json and on_terminal(), **how)
-    outputs = Outputs(as_json, out, plot, len(files) > 1)
+    outputs = Outputs(as_json, out, plot, certificate, len(files) > 1)
     worst = Exit.OK
     for path in files:
         try:
             reading = problem.read(path)
             tell(path, reading.notes)
-            result = run(problem.instance(reading))
+            result = run(problem.instance(reading), outputs.proof(path))
             outputs(result, path)
         except TcpError as error:
             worst = max(worst, complain(error))

@@ -24,8 +24,10 @@ def summary(result: Result) -> str:
         ("gap", percent(result.gap)),
         ("proof", proof(result)),
         ("solver", _solver(result)),
+        ("certificate", "" if result.certificate is None else str(result.certificate)),
         ("seconds", f"{result.seconds:.2f}"),
     ]
+    rows = [(label, text) for label, text in rows if text]
     width = max(len(label) for label, _ in rows)
     lines = [f"{result.instance.name}: {describe(result.instance)}"]
     for label, text in rows:
