@@ -70,6 +70,36 @@ def test_both_cuckoo_wp3_sequences_are_no_routes(
     assert entry.facts["Recomputed"] == recomputed
 
 
+@pytest.mark.parametrize(("case", "optimum"), [("case1", "1482.604"), ("case2", "1127.248")])
+def test_both_cuckoo_wp3_times_lie_below_the_certified_optimum(papers, case, optimum):
+    for key in (f"cuckoo-2014#table-4-wp3-{case}", f"cuckoo-2014#table-3-{case}"):
+        assert data_of(papers[key], "TCP303")["bound"] == optimum
+
+
+def test_a_least_time_below_the_optimum_is_found_too(papers):
+    below = [f for f in papers["cuckoo-2014#table-3-case2"].findings if f.code == "TCP303"]
+    assert [f.data["claimed"] for f in below] == ["1107.927", "1119.706"]
+
+
+def test_which_published_routes_are_certified_optimal(papers):
+    optimal = {key for key, entry in papers.items() if "TCP301" in codes(entry)}
+    tables = [
+        f"htga-2016#table-{t}-{who}-route"
+        for t in ("vi", "vii", "viii", "ix")
+        for who in ("cs", "htga")
+    ]
+    tables += ["htga-2016#table-x-htga-route", "htga-2016#table-xi-htga-route"]
+    cuckoo = [f"cuckoo-2014#table-4-{w}-case{c}" for w in ("wp1", "wp2") for c in (1, 2)]
+    assert optimal == {*tables, *cuckoo, "firefly#best-solution", "firefly#best-solution-reversed"}
+    above = {
+        key: data_of(entry, "TCP302")["percent"]
+        for key, entry in papers.items()
+        if "TCP302" in codes(entry)
+    }
+    assert above.pop("htga-2016#table-x-feasible-1") == pytest.approx(5.9441, abs=1e-3)
+    assert "htga-2016#table-xi-feasible-1" in above
+
+
 @pytest.mark.parametrize(
     ("claim", "times"),
     [
@@ -82,6 +112,7 @@ def test_repairs_are_the_papers_feasible_1_and_2(papers, claim, times):
     assert repairs.total == 2 and repairs.complete
     assert [decimal(repairs.time(r)) for r in repairs.smallest] == times
     assert decimal(repairs.time(repairs.best)) == times[0]
+    assert repairs.above(repairs.best) > 5
 
 
 @pytest.mark.parametrize(

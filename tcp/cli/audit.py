@@ -15,8 +15,8 @@ from tcp.validate.auditing import audit
 EPILOG = """\b
 Examples:
   tcp audit data/claims/*.toml
-  tcp audit data/claims/*.toml --format markdown --out docs/audit.md
   tcp audit data/claims/*.toml --suspect
+  tcp audit data/claims/*.toml --suspect --format markdown --out docs/audit.md
   tcp audit claims.toml --strict --ignore TCP701 --format sarif --out findings.sarif
 
 \b

@@ -29,6 +29,7 @@ COMMANDS: dict[str, str] = {
     "experiment": "Repeat solver runs and set them beside a paper's table.",
     "validate": "Judge a route and its claimed time: valid, true, optimal?",
     "audit": "Judge every claim of whole papers, and of your own.",
+    "oracle": "Pin certified optima for the tests of your own solver.",
     "explain": "What the code of a finding means.",
 }
 """Every subcommand and its line in the help; the code is in ``tcp.cli.NAME``."""

@@ -1,0 +1,147 @@
+"""A pytest plugin: the fixture ``drill_oracle`` judges routes in anybody's tests.
+
+Installed with ``tcp`` as a ``pytest11`` entry point; nothing is imported until
+a test asks for the fixture.  ``docs/oracle.md`` shows it in use.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+from fractions import Fraction
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import pytest
+
+if TYPE_CHECKING:
+    from tcp.instance import Instance
+    from tcp.oracle import Oracle
+    from tcp.travel import Travel
+    from tcp.workpiece import Workpiece
+
+Route = str | Iterable[str | int]
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    """The ini settings ``drill_prove`` and ``drill_time_limit``."""
+    parser.addini(
+        "drill_prove", "prove optima that are not pinned (default true)", "bool", default=True
+    )
+    parser.addini("drill_time_limit", "seconds for such a proof (default 60)", default="60")
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """Register the marker ``drill``."""
+    config.addinivalue_line(
+        "markers",
+        "drill(file, travel='sequential', numbering='ids', closed=False): the workpiece that "
+        "the fixture drill_oracle judges routes of",
+    )
+
+
+@dataclass(frozen=True)
+class DrillOracle:
+    """Judges routes of a workpiece; the fixture ``drill_oracle``.
+
+    Parameters
+    ----------
+    folder : path
+        Folder of the test file: workpiece files are named relative to it.
+    cache : path or None
+        Where proofs of what is not pinned are kept; None proves nothing.
+    time_limit : float
+        Seconds for such a proof.
+    instance : Instance or None
+        The problem chosen by :meth:`on` or the marker ``drill``.
+    numbering : str
+        What entries of a route are: ``ids``, or numbers from ``0`` or ``1``.
+    home : path or None
+        Folder of the workpiece file.
+    """
+
+    folder: Path
+    cache: Path | None
+    time_limit: float
+    instance: Instance | None = None
+    numbering: str = "ids"
+    home: Path | None = None
+
+    def on(
+        self,
+        file: str | Path,
+        travel: str | Travel = "sequential",
+        *,
+        numbering: str = "ids",
+        closed: bool = False,
+    ) -> DrillOracle:
+        """The oracle for one workpiece file and travel model."""
+        from tcp.files import read
+
+        path = self.folder / file
+        instance = self._instance(read(path).workpiece, travel, closed)
+        return replace(self, instance=instance, numbering=numbering, home=path.parent)
+
+    def assert_valid(self, route: Route) -> None:
+        """Fail, with findings and repairs, unless ``route`` drills every hole exactly once."""
+        __tracebackhide__ = True
+        self._assert(route, None)
+
+    def assert_optimal(self, route: Route, within: float = 0.0) -> None:
+        """Fail unless ``route`` is valid and at most ``within`` (0.01 is 1 %) above the optimum."""
+        __tracebackhide__ = True
+        self._assert(route, Fraction(str(within)))
+
+    def optimum(
+        self, workpiece: str | Path | Workpiece, travel: str | Travel = "sequential"
+    ) -> Fraction:
+        """The certified optimal time of a workpiece (a file, or in memory)."""
+        if isinstance(workpiece, (str, Path)):
+            chosen = self.on(workpiece, travel)
+            assert chosen.instance is not None
+            return chosen._oracle().time(chosen.instance)
+        return self._oracle().time(self._instance(workpiece, travel, False))
+
+    def _instance(self, workpiece: Workpiece, travel: str | Travel, closed: bool) -> Instance:
+        from tcp.instance import Ends, Instance
+        from tcp.travel import Travel, parse_model
+
+        model = Travel(parse_model(travel)) if isinstance(travel, str) else travel
+        return Instance(workpiece, model, Ends(closed=closed))
+
+    def _oracle(self) -> Oracle:
+        from tcp.oracle import FOLDER, Oracle
+
+        folders = [self.folder / FOLDER]
+        if self.home is not None and self.home != self.folder:
+            folders.insert(0, self.home / FOLDER)
+        return Oracle(tuple(folders), self.cache, self.time_limit)
+
+    def _assert(self, route: Route, within: Fraction | None) -> None:
+        __tracebackhide__ = True
+        from tcp.oracle import judge
+        from tcp.report.findings_text import text_page
+
+        if self.instance is None:
+            raise pytest.UsageError(
+                "drill_oracle knows no workpiece: mark the test with "
+                "@pytest.mark.drill('board.csv') or call drill_oracle.on('board.csv')"
+            )
+        known = None if within is None else self._oracle().known(self.instance)
+        found = judge(self.instance, route, numbering=self.numbering, known=known, within=within)
+        if found.failed():
+            raise AssertionError("\n" + text_page(found, "all").rstrip())
+
+
+@pytest.fixture
+def drill_oracle(request: pytest.FixtureRequest) -> DrillOracle:
+    """Judge of drill routes, set up by the marker ``drill`` or by ``drill_oracle.on(file)``."""
+    config = request.config
+    store = getattr(config, "cache", None)  # absent under -p no:cacheprovider
+    cache = None
+    if store is not None and config.getini("drill_prove"):
+        cache = Path(store.mkdir("tcp-certificates"))
+    limit = float(config.getini("drill_time_limit"))
+    oracle = DrillOracle(Path(request.path).parent, cache, limit)
+    marker: Any = request.node.get_closest_marker("drill")
+    return oracle if marker is None else oracle.on(*marker.args, **marker.kwargs)
