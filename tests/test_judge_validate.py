@@ -15,7 +15,7 @@ from tcp.errors import InputError, UsageError
 from tcp.files.order import order_of, read_order
 from tcp.files.printed import Agreement, parse_printed
 from tcp.result import decimal
-from tcp.validate import validate
+from tcp.validate import repair, validate
 from tcp.validate.known import Known
 from tcp.validate.sequence import walk
 
@@ -271,6 +271,10 @@ def test_process_rules_are_findings():
     instance = Instance(board(3), rules=Rules(forbidden=((0, 1),), together=((1, 2),)))
     assert validate(instance, "2 1 3").codes()[:2] == ["TCP106", "TCP106"]
     assert validate(instance, "1 3 2").valid
+    row = Workpiece.from_decimals("row", [("0", "0"), ("1", "0"), ("2", "0"), ("2", "1")])
+    runs = Instance(row, rules=Rules(axis_run=1))
+    assert validate(runs, "1 2 3 4").codes()[0] == "TCP106"
+    assert repair(runs, "1 2 3 3").refusal is not None
 
 
 def test_below_the_bound_is_impossible_with_the_benefit_of_rounding():

@@ -44,6 +44,8 @@ def too_hard(instance: Instance, order: Order, seen: Count) -> str | None:
     k = len(seen.missing) + len(seen.duplicates)
     if instance.rules.together:
         return "holes that must follow each other are not supported"
+    if instance.rules.sequential:
+        return "rules about successive moves are not supported"
     if k > MAX_HOLES:
         return f"{k} holes are drilled more than once or never; at most {MAX_HOLES} are supported"
     if len(order) > MAX_ENTRIES:

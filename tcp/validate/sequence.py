@@ -116,7 +116,8 @@ def sequence_findings(instance: Instance, order: Order, seen: Count) -> list[Fin
 
 
 def _has_rules(instance: Instance) -> bool:
-    return bool(instance.rules.together or instance.form.forbidden)
+    rules = instance.rules
+    return bool(rules.together or rules.sequential or instance.form.forbidden)
 
 
 def _joined(order: Order) -> list[Finding]:
