@@ -162,23 +162,24 @@ def _with_evidence(
 
 
 def _certified(result: Result, evidence: Any, path: Path) -> Result:
-    """Write the evidence, have the checker verify the file, and only then give it its name."""
+    """Write the evidence; it gets its name only once the checker has verified what was written."""
     from tcp.files.certificate import write
     from tcp.validate import certificate as checker
     from tcp.validate.restated import Failure
 
-    suffix = ".checking.gz" if path.suffix == ".gz" else ".checking"
-    draft = write(evidence, path.with_name(path.name + suffix))
+    verdicts: list[checker.Verdict] = []
     try:
-        verdict = checker.check(checker.unzip(draft), None, result.instance.sha256)
+        write(
+            evidence,
+            path,
+            lambda raw: verdicts.append(checker.check(raw, None, result.instance.sha256)),
+        )
     except Failure as failure:
-        draft.unlink()
         raise SolverError(f"{result.solver} wrote a certificate that fails: {failure}") from None
-    draft.replace(path)
     proved = (
         result.status is Status.INFEASIBLE
-        if verdict.lower is None
-        else sharpen(result.instance, verdict.lower) == result.bound
+        if verdicts[0].lower is None
+        else sharpen(result.instance, verdicts[0].lower) == result.bound
     )
     return replace(result, certificate=path, proof=Proof.CERTIFIED if proved else result.proof)
 

@@ -22,9 +22,7 @@ from __future__ import annotations
 
 import gzip
 import json
-import os
-import tempfile
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -32,6 +30,7 @@ from typing import Any
 import numpy as np
 
 from tcp.errors import InputError
+from tcp.files.write import write_file
 from tcp.instance import Instance
 from tcp.travel import Ints, describe
 
@@ -330,21 +329,36 @@ def from_text(text: str, path: str | Path | None = None) -> Certificate:
         raise InputError(f"malformed certificate ({type(e).__name__}: {e})", path) from None
 
 
-def write(certificate: Certificate, path: str | Path) -> Path:
-    """Write a certificate, gzipped if the name ends in ``.gz``; the file appears whole or not."""
+def write(
+    certificate: Certificate, path: str | Path, check: Callable[[bytes], None] | None = None
+) -> Path:
+    """Write a certificate, gzipped if the name ends in ``.gz``; the file appears whole or not.
+
+    Parameters
+    ----------
+    certificate : Certificate
+        The proof.
+    path : path
+        The file to write.
+    check : callable, optional
+        Sees the JSON text as it was read back, and may raise: then no file appears.
+
+    Raises
+    ------
+    OutputError
+        If the file cannot be written; what stood there before is untouched.
+    """
     path = Path(path)
     data = to_text(certificate).encode()
-    if path.suffix == ".gz":
-        data = gzip.compress(data, mtime=0)
-    handle, name = tempfile.mkstemp(dir=path.parent, prefix=path.name, suffix=".tmp")
-    try:
-        with os.fdopen(handle, "wb") as stream:
-            stream.write(data)
-        Path(name).chmod(0o644)
-        Path(name).replace(path)
-    except BaseException:
-        Path(name).unlink(missing_ok=True)
-        raise
+    if path.suffix != ".gz":
+        write_file(path, data, check)
+        return path
+
+    def unzipped(written: bytes) -> None:
+        if check is not None:
+            check(gzip.decompress(written))
+
+    write_file(path, gzip.compress(data, mtime=0), unzipped)
     return path
 
 
