@@ -242,3 +242,51 @@ def test_too_many_nodes_are_refused():
     piece = Workpiece("long", tuple(map(str, points)), points, points.copy())
     with pytest.raises(UsageError, match="20000 nodes"):
         solve(Instance(piece), "branch-and-cut")
+
+
+def stopped_after(instance: Instance, path, nodes: int):
+    """A run that saves its state and is stopped after a few nodes."""
+    from tcp.exact.branch_and_cut.run import run
+    from tcp.stop import Clock
+
+    clock = Clock(Stop())
+
+    def watch(news):
+        if news.iteration >= nodes:
+            clock.interrupt()
+
+    return run(instance, rng=np.random.default_rng(0), clock=clock, report=watch, save_state=path)
+
+
+def test_a_saved_proof_goes_on(tmp_path):
+    instance, path = many_nodes(), tmp_path / "state.json.gz"
+    full = verified(instance)
+    half = stopped_after(instance, path, 3)
+    assert half.stopped is StopReason.INTERRUPTED
+    saved = checker.check(checker.unzip(path), None, instance.sha256)
+    assert saved.lower == half.bound < full.lower
+    again = verified(instance, resume=path)
+    assert again.lower == again.upper == full.lower
+    finished = solve(instance, "branch-and-cut", resume=path, save_state=path)
+    assert finished.status is Status.OPTIMAL
+    done = solve(instance, "branch-and-cut", resume=path)
+    assert (done.cost, done.details["rounds"]) == (full.lower, 0)
+
+
+def many_nodes() -> Instance:
+    """An instance that does not close at the root."""
+    return Instance(scattered(120, 21), Travel(), Ends(closed=True))
+
+
+def test_states_of_other_instances_are_refused(tmp_path):
+    from tcp.errors import InputError
+
+    path = tmp_path / "state.json"
+    stopped_after(many_nodes(), path, 1)
+    with pytest.raises(InputError, match="another workpiece"):
+        solve(Instance(scattered(20, 1)), "branch-and-cut", resume=path)
+    path.write_text("{}")
+    with pytest.raises(InputError):
+        solve(many_nodes(), "branch-and-cut", resume=path)
+    with pytest.raises(InputError):
+        solve(many_nodes(), "branch-and-cut", resume=tmp_path / "absent.json")

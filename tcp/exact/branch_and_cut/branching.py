@@ -18,11 +18,14 @@ from tcp.exact.branch_and_cut.relaxation import Relaxation, SetBranch
 from tcp.exact.branch_and_cut.support import Support
 from tcp.travel import Ints
 
-EDGES = 10
+EDGES = 12
 """Edges probed at a node."""
 
-SETS = 8
+SETS = 14
 """Sets probed at a node."""
+
+OFF = 0.5
+"""Sets with x(delta(S)) further from 3 are no candidates."""
 
 ITERATIONS = 60
 """Dual simplex iterations of a probe."""
@@ -69,19 +72,19 @@ class Brancher:
     # -- candidates ----------------------------------------------------------
 
     def _pairs(self, support: Support) -> list[int]:
-        """Fractional pairs: half by closeness to 1/2, the best by pseudo-cost first."""
+        """Fractional pairs: the best by pseudo-cost, then the costliest with x near 1/2."""
         keys = self.lp.problem.keys(support.i, support.j)
+        cost = self.lp.problem.costs(support.i, support.j)
         off = np.minimum(support.x, 1.0 - support.x)
-        fractional = np.nonzero(off > 1e-5)[0]
         known = np.array(
-            [self._estimate(int(k), float(f)) for k, f in zip(keys, support.x, strict=True)]
+            [self._estimate(k, x) for k, x in zip(keys.tolist(), support.x.tolist(), strict=True)]
         )
-        scores = off[fractional] + 1e-3 * (known[fractional] > 0)
-        order = fractional[np.argsort(-scores, kind="stable")]
-        chosen = [int(k) for k in keys[order[:EDGES]]]
-        old = fractional[np.argsort(-known[fractional], kind="stable")][: EDGES // 2]
-        chosen[EDGES // 2 :] = [int(keys[k]) for k in old if known[k] > 0] + chosen[EDGES // 2 :]
-        return list(dict.fromkeys(chosen))[:EDGES]
+        middle = np.nonzero(off >= max(0.6 * off.max(), 1e-5))[0]
+        fresh = middle[np.argsort(-cost[middle] * off[middle], kind="stable")]
+        tried = np.nonzero((known > 0) & (off > 1e-5))[0]
+        tried = tried[np.argsort(-known[tried], kind="stable")]
+        chosen = [*tried[: EDGES // 2], *fresh]
+        return list(dict.fromkeys(keys[chosen].tolist()))[:EDGES]
 
     def _estimate(self, key: int, x: float) -> float:
         if key not in self.gains:
@@ -96,24 +99,29 @@ class Brancher:
         self.gains[key] = (down + gains[0], up + gains[1], count + 1)
 
     def _sets(self, support: Support, tour: Ints) -> list[Cut]:
-        """Sets of the LP's cuts and intervals of the tour whose boundary is nearest to 3."""
-        candidates: dict[bytes, Cut] = {}
-        for cut in self.lp.cuts:
-            if cut.teeth:
-                for part in cut.sets:
-                    single = Cut.of([smaller_side(part, support.size)])
-                    candidates[single.key] = single
-        first, last, weight = light_intervals(by_position(support, tour), light=3.3)
-        for t in np.argsort(np.abs(weight), kind="stable")[:40]:
-            single = Cut.of([smaller_side(tour[first[t] : last[t] + 1], support.size)])
-            candidates[single.key] = single
-        listed = list(candidates.values())
+        """Different sets of combs and intervals: x(delta(S)) near 3 and a costly boundary."""
+        combs = [cut for cut in self.lp.cuts if cut.teeth]
+        first, last, weight = light_intervals(by_position(support, tour), light=3.5)
+        near = np.nonzero(np.abs(weight) < OFF)[0]
+        listed = [*combs, *(Cut.of([tour[first[t] : last[t] + 1]]) for t in near)]
+        if not listed:
+            return []
         family = Family.of(listed)
-        value = boundary(
-            family.ptr, family.nodes, support.ptr, support.other, support.weight, support.size
+        cost = self.lp.problem.costs(support.i, support.j)
+        flow, price = (
+            boundary(family.ptr, family.nodes, support.ptr, support.other, w, support.size)
+            for w in (support.weight, (support.x * cost)[support.edge])
         )
-        order = np.argsort(np.abs(value - 3.0), kind="stable")
-        return [listed[k] for k in order[:SETS] if abs(value[k] - 3.0) < 0.7]
+        off = np.abs(flow - 3.0)
+        chosen: list[Ints] = []
+        for s in np.argsort(-price * (1.0 - off), kind="stable"):
+            if len(chosen) == SETS:
+                break
+            nodes = family.nodes[family.ptr[s] : family.ptr[s + 1]]
+            part = smaller_side(nodes, support.size)
+            if off[s] < OFF and not any(_alike(part, other) for other in chosen):
+                chosen.append(part)
+        return [Cut.of([part]) for part in chosen]
 
     # -- probes ----------------------------------------------------------------
 
@@ -140,3 +148,9 @@ def _product(gains: tuple[float, float], cap: float) -> float:
     """Score of a decision: gains beyond the cutoff count no more than reaching it."""
     low, high = (min(max(g, 0.0), 1.2 * cap) / cap for g in gains)
     return max(low, 1e-6) * max(high, 1e-6)
+
+
+def _alike(one: Ints, other: Ints) -> bool:
+    """Whether two sets share most of their nodes."""
+    common = len(np.intersect1d(one, other, assume_unique=True))
+    return 4 * common > 3 * max(len(one), len(other))

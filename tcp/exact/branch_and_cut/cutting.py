@@ -15,6 +15,7 @@ import numpy as np
 
 from tcp.exact.branch_and_cut.combs import comb_cuts
 from tcp.exact.branch_and_cut.cuts import Cut
+from tcp.exact.branch_and_cut.guide import joined
 from tcp.exact.branch_and_cut.handles import fractional_handles
 from tcp.exact.branch_and_cut.pool import Pool
 from tcp.exact.branch_and_cut.pricing import Prices
@@ -34,17 +35,20 @@ from tcp.exact.branch_and_cut.support import Support
 from tcp.stop import Clock
 from tcp.travel import Ints
 
-WINDOW = 12
+WINDOW = 8
 """Rounds over which progress is measured."""
 
-TAIL = 0.001
+TAIL = 0.002
 """Cutting stalls when a window of rounds closes less than this part of the gap."""
 
-COMBS_A_ROUND = 250
+COMBS_A_ROUND = 80
 """Most combs that enter the LP at once."""
 
 KNOWN = 0.3
 """Handles of combs in the LP with less slack than this are tried again."""
+
+FEW_COMBS = 10
+"""With fewer combs, teeth are sought along the LP solution as well."""
 
 POOLED_A_ROUND = 250
 """Most cuts that come back from the pool at once."""
@@ -213,6 +217,8 @@ class Cutter:
             if cut.teeth and slack < KNOWN:
                 handles.append(cut.sets[0].astype(np.int64))
         found = comb_cuts(support, self.incumbent.tour, handles)
+        if len(found) < FEW_COMBS:
+            found += comb_cuts(support, joined(support, self.incumbent.tour), handles)
         return [cut for _, cut in found[:COMBS_A_ROUND]]
 
     def _stalled(self, history: list[float], tail: float) -> bool:

@@ -8,13 +8,14 @@ import numpy as np
 
 from tcp.errors import InfeasibleError
 from tcp.exact.branch_and_cut.cutting import Incumbent
+from tcp.exact.branch_and_cut.guide import joined
 from tcp.exact.branch_and_cut.problem import Problem
-from tcp.exact.branch_and_cut.support import Support, find
+from tcp.exact.branch_and_cut.support import Support
 from tcp.heuristics.local_search import improve
 from tcp.stop import Clock
 from tcp.travel import Ints
 
-START_KICKS = 150
+START_KICKS = 20
 """Kicks per node of the start."""
 
 MOST_START_KICKS = 300_000
@@ -64,31 +65,3 @@ class Repair:
             self.problem.form, tour.tolist(), rng=self.rng, clock=self.clock, kicks=kicks
         )
         self.incumbent.offer(np.array(found, np.int64))
-
-
-def joined(support: Support, order: Ints) -> Ints:
-    """A tour through the heaviest edges of a support graph, its paths in a tour's order."""
-    size = support.size
-    degree, root = np.zeros(size, np.int64), np.arange(size)
-    links: list[list[int]] = [[] for _ in range(size)]
-    for e in np.argsort(-support.x, kind="stable"):
-        i, j = int(support.i[e]), int(support.j[e])
-        if degree[i] < 2 and degree[j] < 2 and find(root, i) != find(root, j):
-            root[find(root, i)] = find(root, j)
-            degree[i] += 1
-            degree[j] += 1
-            links[i].append(j)
-            links[j].append(i)
-    tour: list[int] = []
-    seen = np.zeros(size, bool)
-    for v in order.tolist():
-        if seen[v] or len(links[v]) == 2:
-            continue
-        while True:
-            seen[v] = True
-            tour.append(v)
-            onward = [w for w in links[v] if not seen[w]]
-            if not onward:
-                break
-            v = onward[0]
-    return np.array(tour, np.int64)

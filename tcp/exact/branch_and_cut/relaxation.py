@@ -21,11 +21,8 @@ from tcp.exact.branch_and_cut.problem import Problem
 from tcp.exact.branch_and_cut.proof import Duals, Fixings, Floats, rounded
 from tcp.travel import Ints
 
-PATIENCE = 12
-"""Solves in a row that a cut may be slack before it leaves the LP for the pool."""
-
-SLACK = 0.01
-"""A cut with more slack than this, and a basic slack variable, ages."""
+PATIENCE = 5
+"""Solves in a row that a cut's slack may be basic before it leaves the LP for the pool."""
 
 BASIC = highspy.HighsBasisStatus.kBasic
 LOWER = highspy.HighsBasisStatus.kLower
@@ -207,7 +204,7 @@ class Relaxation:
         size = self.problem.size
         status = self._h.getBasis().row_status[size:]
         basic = np.array([s == BASIC for s in status])
-        self._age = np.where(basic & (self._slack > SLACK), self._age + 1, 0)
+        self._age = np.where(basic, self._age + 1, 0)
         old = np.nonzero(self._age > PATIENCE)[0]
         old = np.array([k for k in old if self.cuts[k].key not in self._branches], np.int64)
         if len(old) < 10:

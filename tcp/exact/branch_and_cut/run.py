@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from pathlib import Path
 
 import numpy as np
 
@@ -12,10 +13,15 @@ from tcp.exact.branch_and_cut.evidence import certificate, trivial
 from tcp.exact.branch_and_cut.primal import Repair, start
 from tcp.exact.branch_and_cut.problem import Problem
 from tcp.exact.branch_and_cut.relaxation import Relaxation
+from tcp.exact.branch_and_cut.saved import load, replant
 from tcp.exact.branch_and_cut.tree import Tree
+from tcp.files.certificate import Certificate, write
 from tcp.instance import Instance
 from tcp.result import Outcome, Progress, Report
 from tcp.stop import Clock, StopReason
+
+SAVE_EVERY = 30.0
+"""Seconds between two writings of the state."""
 
 LARGEST = 20_000
 """Most nodes: beyond, a single pricing of all pairs takes seconds."""
@@ -35,6 +41,8 @@ def run(
     clock: Clock,
     report: Report,
     start_route: Sequence[int] | None = None,
+    save_state: str | Path | None = None,
+    resume: str | Path | None = None,
 ) -> Outcome:
     """Find a shortest route and prove it; see :func:`tcp.solve.solve`.
 
@@ -42,10 +50,21 @@ def run(
     ----------
     start_route : sequence of int, optional
         A route to begin with instead of the local search's.
+    save_state : path, optional
+        Where to keep an unfinished certificate, written every half minute.
+    resume : path, optional
+        Such a file: the proof goes on from there.
+
+    Raises
+    ------
+    InputError
+        If the state to resume is unreadable or about another instance.
     """
+    state = None if resume is None else load(resume, instance)
     if instance.form.size <= 2:
         return _tiny(instance)
-    return _Engine(instance, clock, report).run(rng, start_route)
+    engine = _Engine(instance, clock, report, None if save_state is None else Path(save_state))
+    return engine.run(rng, start_route, state, resume)
 
 
 def _tiny(instance: Instance) -> Outcome:
@@ -64,11 +83,21 @@ class _Engine:
     instance: Instance
     clock: Clock
     report: Report
+    save_state: Path | None = None
     bound: int | None = None
     open_nodes: int = 1
     details: dict[str, object] = field(default_factory=dict)
 
-    def run(self, rng: np.random.Generator, route: Sequence[int] | None) -> Outcome:
+    def run(
+        self,
+        rng: np.random.Generator,
+        route: Sequence[int] | None,
+        state: Certificate | None,
+        origin: str | Path | None,
+    ) -> Outcome:
+        """Search from a route, or from a saved state, until done or stopped."""
+        if state is not None and state.route is not None:
+            route = state.route
         problem = Problem.of(self.instance)
         given = None if route is None else self.instance.tour(route)
         tour = start(problem, rng, self.clock, given)
@@ -81,9 +110,22 @@ class _Engine:
         cutter = Cutter(problem, lp, self.incumbent, self.clock)
         cutter.improve = Repair(problem, self.incumbent, rng, self.clock)
         cutter.listen = self._proved_here
-        self.tree = Tree(cutter, news=self._proved)
+        self.tree = Tree(cutter, news=self._proved, saved=self._save)
+        if state is not None and origin is not None:
+            replant(state, self.tree, origin)
+        self._due = self.clock.elapsed + SAVE_EVERY
         self.tree.run()
         return self._outcome()
+
+    def _save(self, tree: Tree) -> None:
+        """Write the state when it is due; never for more than a tenth of the time."""
+        now = self.clock.elapsed
+        if self.save_state is None or (tree.heap and not tree.stopped and now < self._due):
+            return
+        route, bound = self._route(), self._bound()
+        if bound is not None:
+            write(certificate(self.instance, tree, bound, route), self.save_state)
+        self._due = now + max(SAVE_EVERY, 10 * (self.clock.elapsed - now))
 
     # -- news --------------------------------------------------------------
 
@@ -111,14 +153,23 @@ class _Engine:
         text = f"{note} ({self.open_nodes} open nodes)".strip()
         self.report(Progress(self.clock.elapsed, cost, self.bound, done, text))
 
-    # -- the end -------------------------------------------------------------
+    # -- the end -----------------------------------------------------------
+
+    def _route(self) -> tuple[int, ...] | None:
+        found = self.incumbent.cost is not None
+        return self.instance.route(self.incumbent.tour) if found else None
+
+    def _bound(self) -> int | None:
+        """The bound proved so far; None when it is infeasibility that is proved."""
+        cost, tree = self.incumbent.cost, self.tree
+        if not tree.heap:
+            return cost
+        bound = max(0, tree.bound or 0)
+        return bound if cost is None else min(bound, cost)
 
     def _outcome(self) -> Outcome:
         tree, cost = self.tree, self.incumbent.cost
-        route = None if cost is None else self.instance.route(self.incumbent.tour)
-        bound = cost if not tree.heap else max(0, tree.bound or 0)
-        if cost is not None and bound is not None:
-            bound = min(bound, cost)
+        route, bound = self._route(), self._bound()
         infeasible = cost is None and not tree.heap
         lp = tree.cutter.lp
         return Outcome(

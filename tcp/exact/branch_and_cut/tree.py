@@ -41,6 +41,18 @@ class Node:
     decision: Decision | None = None
     children: tuple[int, ...] = ()
 
+    def child(self, side: int, snapshot: Snapshot | None) -> Node:
+        """The child on one side of the decision; it starts from this node's bound."""
+        assert self.decision is not None
+        fixings, branches = self.fixings, self.branches
+        cut = self.decision.cut
+        if cut is None:
+            fixings = fixings.with_pair(self.decision.key, side)
+        else:
+            others = tuple(b for b in branches if b.cut.key != cut.key)
+            branches = (*others, SetBranch(cut, bool(side)))
+        return Node(fixings, branches, self.bound, self.duals, self.depth + 1, snapshot)
+
 
 @dataclass
 class Tree:
@@ -167,25 +179,23 @@ class Tree:
         first = len(self.nodes)
         node.children = (first, first + 1)
         for side in (0, 1):
-            fixings, branches = node.fixings, node.branches
-            if decision.cut is None:
-                fixings = fixings.with_pair(decision.key, side)
-            else:
-                others = tuple(b for b in branches if b.cut.key != decision.cut.key)
-                branches = (*others, SetBranch(decision.cut, bool(side)))
-            child = Node(fixings, branches, node.bound, node.duals, node.depth + 1, snapshot)
-            self._open(child)
+            self._open(node.child(side, snapshot))
         node.snapshot = None
         self._report()
         return first + int(decision.gains[1] < decision.gains[0])
 
     def _open(self, node: Node) -> None:
         self.nodes.append(node)
+        self.admit(len(self.nodes) - 1)
+
+    def admit(self, at: int) -> None:
+        """Queue a node, unless its decisions contradict each other: then it is closed."""
+        node = self.nodes[at]
         if node.fixings.contradict:
             node.closed = node.infeasible = True
             node.duals = None
             return
-        heapq.heappush(self.heap, (node.bound, node.depth, len(self.nodes) - 1))
+        heapq.heappush(self.heap, (node.bound, node.depth, at))
 
     def _report(self) -> None:
         bound = self.bound
