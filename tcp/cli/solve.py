@@ -133,6 +133,18 @@ class Outputs:
     metavar="FILE",
     help="Write the proof, once checked: .json or .json.gz.",
 )
+@click.option(
+    "--save-state",
+    type=click.Path(path_type=Path),
+    metavar="FILE",
+    help="branch-and-cut: keep an unfinished proof here, renewed every half minute.",
+)
+@click.option(
+    "--resume",
+    type=click.Path(path_type=Path),
+    metavar="FILE",
+    help="branch-and-cut: go on from a saved state.",
+)
 def command(
     problem: Problem,
     files: tuple[Path, ...],
@@ -144,6 +156,8 @@ def command(
     out: Path | None,
     plot: Path | None,
     certificate: Path | None,
+    save_state: Path | None,
+    resume: Path | None,
     **how: Any,
 ) -> int:
     """Find the order in which to drill the holes of each FILE (CSV or TSPLIB .tsp).
@@ -152,7 +166,13 @@ def command(
     --closed say otherwise. Ctrl-C returns the best route so far.
     """
     own = dict(setting(text) for text in settings)
-    own |= {k: v for k, v in (("formulation", formulation), ("backend", backend)) if v is not None}
+    named = {"formulation": formulation, "backend": backend}
+    named |= {"save_state": save_state, "resume": resume}
+    own |= {key: value for key, value in named.items() if value is not None}
+    if (save_state or resume) and len(files) > 1:
+        raise click.UsageError("--save-state and --resume take one FILE at a time")
+    if solver == "auto" and (save_state or resume):
+        solver = "branch-and-cut"  # whose options these are
     if solver == "auto" and (formulation or backend):
         solver = "milp"  # whose options these are
     run = Run(solver=solver, settings=own, live=not as_json and on_terminal(), **how)

@@ -290,3 +290,25 @@ def test_states_of_other_instances_are_refused(tmp_path):
         solve(many_nodes(), "branch-and-cut", resume=path)
     with pytest.raises(InputError):
         solve(many_nodes(), "branch-and-cut", resume=tmp_path / "absent.json")
+
+
+def test_states_on_the_command_line(tmp_path):
+    from click.testing import CliRunner
+
+    from tcp.cli.main import main
+    from tcp.errors import Exit
+
+    board, state, proof = (str(tmp_path / n) for n in ("b.csv", "s.json.gz", "p.json"))
+    lines = ["id,x,y", *(f"h{k},{7 * k % 31},{11 * k % 29}" for k in range(25))]
+    (tmp_path / "b.csv").write_text("\n".join(lines) + "\n")
+    first = CliRunner().invoke(
+        main, ["solve", "--exact", "--time-limit", "0", "--save-state", state, board]
+    )
+    assert first.exit_code == Exit.NO_PROOF
+    second = CliRunner().invoke(
+        main, ["solve", "--exact", "--resume", state, "--certificate", proof, board]
+    )
+    assert second.exit_code == Exit.OK, second.output
+    assert CliRunner().invoke(main, ["check", proof, board]).exit_code == Exit.OK
+    wrong = CliRunner().invoke(main, ["solve", "--closed", "--resume", state, board])
+    assert wrong.exit_code == Exit.INPUT

@@ -82,6 +82,7 @@ class Relaxation:
         self.i = np.zeros(0, np.int64)
         self.j = np.zeros(0, np.int64)
         self.cost = np.zeros(0, np.int64)
+        self.x: Floats = np.zeros(0)
         self._age = np.zeros(0, np.int64)
         self._sorted: tuple[Ints, Ints] = (self.keys, self.keys)
         self._fixings = Fixings.root(problem)
@@ -93,7 +94,6 @@ class Relaxation:
         none = np.zeros(0, np.int32)
         two = np.full(size, 2.0)
         self._h.addRows(size, two, two, 0, np.zeros(size, np.int32), none, np.zeros(0))
-        self.x: Floats = np.zeros(0)
         self.objective = 0.0
         self._row_dual: Floats = np.zeros(0)
         self.add_pairs(np.unique(keys))
@@ -123,6 +123,7 @@ class Relaxation:
         self.keys = np.concatenate((self.keys, keys))
         self.i, self.j = np.concatenate((self.i, i)), np.concatenate((self.j, j))
         self.cost = np.concatenate((self.cost, cost))
+        self.x = np.concatenate((self.x, np.zeros(count)))
         self._index()
         self._columns_are_new = True
 
@@ -154,8 +155,10 @@ class Relaxation:
 
     def remove_pairs(self, keep: Ints) -> None:
         """Drop all columns that are not among the ascending keys ``keep`` and not basic."""
-        status = self._h.getBasis().col_status
-        basic = np.array([s == BASIC for s in status])
+        basis = self._h.getBasis()
+        basic = np.zeros(len(self.keys), bool)
+        if basis.valid:
+            basic = np.array([s == BASIC for s in basis.col_status])
         dead = ~np.isin(self.keys, keep)
         gone = np.nonzero(dead & ~basic)[0].astype(np.int32)
         if len(gone):
