@@ -166,7 +166,7 @@ def command(
     --closed say otherwise. Ctrl-C returns the best route so far.
     """
     own = dict(setting(text) for text in settings)
-    named = {"formulation": formulation, "backend": backend}
+    named: dict[str, Any] = {"formulation": formulation, "backend": backend}
     named |= {"save_state": save_state, "resume": resume}
     own |= {key: value for key, value in named.items() if value is not None}
     if (save_state or resume) and len(files) > 1:
