@@ -1,0 +1,59 @@
+"""Candidate pairs: who lies near whom in the travel model's own norm."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from tcp.instance import TourForm
+from tcp.travel import CostRule, Ints, Kind
+
+
+def near_pairs(form: TourForm, nodes: Ints, width: int) -> Ints:
+    """Pairs of each node with its ``width`` nearest others.
+
+    Parameters
+    ----------
+    form : TourForm
+        The costs.
+    nodes : int64 array of shape (n,)
+        Real nodes of the form; pairs are places in this array.
+    width : int
+        Partners per node, fewer where there are not so many.
+
+    Returns
+    -------
+    int64 array of shape (m, 2)
+        Each pair once, i < j.
+    """
+    n = nodes.size
+    width = min(width, n - 1)
+    if width < 1:
+        return np.empty((0, 2), dtype=np.int64)
+    if form.matrix is not None:
+        full = form.matrix[np.ix_(nodes, nodes)]
+        near = np.argpartition(full, width, axis=1)[:, : width + 1]
+    else:
+        from scipy.spatial import cKDTree
+
+        fx, fy, p = _norm(form.rule)
+        where = np.column_stack([form.x[nodes] * fx, form.y[nodes] * fy])
+        near = cKDTree(where).query(where, width + 1, p=p)[1]
+    i = np.repeat(np.arange(n), near.shape[1])
+    j = near.ravel().astype(np.int64)
+    keys = np.unique(np.minimum(i, j)[i != j] * n + np.maximum(i, j)[i != j])
+    return np.column_stack(np.divmod(keys, n))
+
+
+def _norm(rule: CostRule) -> tuple[float, float, Any]:
+    """Factors for x and y, and the exponent of the norm, that rank moves (nearly) as the rule."""
+    kind, params = rule.kind, [float(v) for v in rule.params]
+    if kind in (Kind.RAMP_SUM, Kind.RAMP_MAX):
+        fx, fy = params[4] / params[5], params[10] / params[11]
+    elif kind is Kind.NORM:
+        fx, fy = params[0] ** 0.5, params[1] ** 0.5
+    else:
+        fx, fy = params[0], params[1]
+    sums = kind in (Kind.SUM, Kind.RAMP_SUM)
+    return fx, fy, 1.0 if sums else 2.0 if kind is Kind.NORM else np.inf
