@@ -16,7 +16,7 @@ over all pairs (:mod:`tcp.bounds.spanning`) in integers, whose new pairs join th
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -103,19 +103,17 @@ def one_tree_bound(
         return _only_tour(instance)
     ground = _Ground.of(instance, width)
     total = iterations or int(np.clip(200_000_000 // (ground.n * width), 200, 2_000))
-    ascent = _Ascent(ground)
-    best: Bound | None = None
+    best = ground.exact(np.zeros(ground.n), 0)  # no potentials: at least 0
+    ascent = _Ascent(ground, ground.place[best.tree])
     for turn in range(1, ROUNDS + 1):
         while ascent.steps < total * turn // ROUNDS and clock.reason() is None:
             ascent.step(total)
         found = ground.exact(ascent.best, ascent.steps)
-        if best is None or found.exact > best.exact:
-            best = found
-            report(Progress(clock.elapsed, None, best.value, ascent.steps, "bound"))
+        best = found if found.exact > best.exact else replace(best, iterations=ascent.steps)
+        report(Progress(clock.elapsed, None, best.value, ascent.steps, "bound"))
         if clock.reason() is not None:
             break
         ascent.learn(ground.place[found.tree])
-    assert best is not None
     return best
 
 
@@ -204,7 +202,7 @@ class _Ground:
         full = np.zeros(self.instance.form.size, dtype=np.int64)
         full[self.nodes] = value
         g = self.instance.granularity
-        least = max(0, -(-exact // (self.scale * g)) * g)
+        least = -(-exact // (self.scale * g)) * g
         return Bound(least, exact, self.scale, full, self.nodes[tree], self.special, steps)
 
     def spanning(self, value: Ints) -> Ints:
@@ -235,11 +233,10 @@ class _Ascent:
     tree's degrees and the last one's.
     """
 
-    def __init__(self, ground: _Ground):
+    def __init__(self, ground: _Ground, tree: Ints):
         self.ground, self.steps = ground, 0
         self.best, self.now, self.drift = (np.zeros(ground.n) for _ in range(3))
         self.ends = np.vstack([ground.forced, ground.near])
-        tree = ground.spanning(np.zeros(ground.n, dtype=np.int64))
         self.length = float(ground.costs(tree).mean())
         self.learn(tree)
 

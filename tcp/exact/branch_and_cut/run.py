@@ -167,6 +167,10 @@ class _Engine:
         bound = max(0, tree.bound or 0)
         return bound if cost is None else min(bound, cost)
 
+    def _reason(self) -> StopReason:
+        """Why an unfinished search came back; its iterations are the nodes it processed."""
+        return self.clock.reason(iterations=self.tree.processed) or StopReason.TIME
+
     def _outcome(self) -> Outcome:
         tree, cost = self.tree, self.incumbent.cost
         route, bound = self._route(), self._bound()
@@ -175,7 +179,7 @@ class _Engine:
         return Outcome(
             route=route,
             bound=None if infeasible else bound,
-            stopped=(self.clock.reason() or StopReason.TIME) if tree.heap else StopReason.COMPLETED,
+            stopped=self._reason() if tree.heap else StopReason.COMPLETED,
             infeasible=infeasible,
             details={
                 "nodes": len(tree.nodes),

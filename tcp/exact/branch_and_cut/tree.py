@@ -77,6 +77,7 @@ class Tree:
     root_duals: Duals | None = None
     root_scaled: int = 0
     stopped: bool = False
+    processed: int = 0
 
     def __post_init__(self) -> None:
         self.brancher = Brancher(self.cutter.lp)
@@ -94,6 +95,9 @@ class Tree:
         following: int | None = None
         while self.heap and not self.stopped:
             following = self._step(following)
+            self.processed += 1
+            if self.cutter.clock.reason(iterations=self.processed) is not None:
+                self.stopped = True
             self.saved(self)
 
     # -- one node ------------------------------------------------------------
