@@ -70,3 +70,9 @@ class InfeasibleError(TcpError):
     """No route satisfies the ends and rules that were asked for."""
 
     exit_code = Exit.INFEASIBLE
+
+
+class ProofError(TcpError):
+    """A proof was asked for and not reached within the limits."""
+
+    exit_code = Exit.NO_PROOF

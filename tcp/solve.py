@@ -138,7 +138,7 @@ def _with_evidence(
 ) -> Outcome:
     """A solver's outcome with a certificate that the proof engine made, starting from its route."""
     module = import_module(SOLVERS[ENGINE].module)
-    if name == ENGINE or module.refusal(instance):
+    if name == ENGINE or _refusal(ENGINE, instance):
         return outcome
     proved: Outcome = module.run(
         instance,

@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 import itertools
+import json
 from dataclasses import replace
 from fractions import Fraction
 
 import numpy as np
 import pytest
+from click.testing import CliRunner
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tcp import Balance, Ends, Instance, Rules, Status, Workpiece, solve
+from tcp.cli.main import main
 from tcp.errors import UsageError
 from tcp.exact.pareto import front, weighted
 from tcp.files import read
@@ -202,3 +205,28 @@ def test_the_front_of_workpiece_1_is_proved(pytestconfig):
     assert points[0].cost == solve(Instance(piece), "held-karp").cost
     costs, penalties = [p.cost for p in points], [p.penalty for p in points]
     assert costs == sorted(set(costs)) and penalties == sorted(set(penalties), reverse=True)
+
+
+def test_the_command_prints_the_front(tmp_path):
+    path = tmp_path / "board.csv"
+    path.write_text("id,x,y\n" + "\n".join(f"h{k},{k * k % 7},{3 * k % 5}" for k in range(6)))
+    words = ["pareto", str(path), "--balance", "2,2/3,1.5"]
+    plain = CliRunner().invoke(main, [*words, "--weight", "1000"])
+    assert plain.exit_code == 0, plain.output
+    assert "proved point(s)" in plain.output and "<- least weighted sum" in plain.output
+    data = json.loads(CliRunner().invoke(main, [*words, "--json"]).output)
+    times = [Fraction(p["time"]) for p in data["front"]]
+    assert times == sorted(times) and len(data["front"][0]["route"]) == 6
+    for wrong in ("2,2", "x,1,2", "2,1,2,x", "2,2,1"):
+        assert CliRunner().invoke(main, ["pareto", str(path), "--balance", wrong]).exit_code == 2
+
+
+def test_solve_takes_the_rules_from_the_command_line(tmp_path):
+    path = tmp_path / "row.csv"
+    path.write_text("x,y\n0,0\n1,0\n2,0\n3,0\n4,1\n")
+    words = ["solve", str(path), "--axis-run", "2", "--balance", "3,0,9,9", "--exact", "--json"]
+    done = CliRunner().invoke(main, words)
+    assert done.exit_code == 0, done.output
+    data = json.loads(done.output)
+    assert data["solver"] == "positions" and data["proof"] == "trusted"
+    assert CliRunner().invoke(main, [*words, "--solver", "cp-sat"]).exit_code == 2

@@ -27,6 +27,7 @@ COMMANDS: dict[str, str] = {
     "export": "Write a workpiece's integer programme for other solvers.",
     "check": "Check a certificate, trusting nothing that wrote it.",
     "bound": "Prove a lower bound on every route, for any number of holes.",
+    "pareto": "Travel time against axis balance: the exact Pareto front of a small workpiece.",
     "experiment": "Repeat solver runs and set them beside a paper's table.",
     "validate": "Judge a route and its claimed time: valid, true, optimal?",
     "audit": "Judge every claim of whole papers, and of your own.",

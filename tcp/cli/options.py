@@ -21,7 +21,8 @@ import click
 
 from tcp.errors import InputError, UsageError
 from tcp.files import Reading, read
-from tcp.instance import Ends, Instance, Rules
+from tcp.instance import Ends, Instance
+from tcp.rules import Balance, Rules
 from tcp.travel import ALIASES, Model, Rounding, Travel, parse_model
 from tcp.workpiece import Workpiece, exact_decimal
 
@@ -50,6 +51,18 @@ def point(text: str) -> tuple[Fraction, Fraction]:
     """A position X,Y; an option's type."""
     x, y = pair(text)
     return number(x), number(y)
+
+
+def balance(text: str) -> Balance:
+    """An axis balance rule ``W,LOW,HIGH[,MOST]``; an option's type."""
+    parts = [part.strip() for part in text.split(",")]
+    try:
+        window, *most = (int(part) for part in (parts[0], *parts[3:4]))
+    except ValueError:
+        window, most = 0, []
+    if len(parts) not in (3, 4) or window < 1:
+        raise click.BadParameter(f"{text!r} is not W,LOW,HIGH[,MOST]; expected e.g. 10,0.5,2")
+    return Balance(window, number(parts[1]), number(parts[2]), *most)
 
 
 def setting(text: str) -> tuple[str, Any]:
@@ -90,6 +103,9 @@ class Problem:
     legs: str | None = None
     closed: bool = False
     min_jump: Fraction | None = None
+    jump_diameters: Fraction | None = None
+    balance: Balance | None = None
+    axis_run: int | None = None
     forbid: tuple[tuple[str, str], ...] = ()
     units: str | None = None
     tool: str | None = None
@@ -156,7 +172,13 @@ class Problem:
             j = hole_index(workpiece, second, "--forbid")
             assert i is not None and j is not None
             forbidden.append((i, j))
-        return Rules(forbidden=tuple(forbidden), min_jump=self.min_jump)
+        return Rules(
+            forbidden=tuple(forbidden),
+            min_jump=self.min_jump,
+            jump_diameters=self.jump_diameters,
+            balance=self.balance,
+            axis_run=self.axis_run,
+        )
 
 
 def hole_index(workpiece: Workpiece, name: str | None, option: str) -> int | None:
@@ -229,6 +251,25 @@ _OPTIONS = [
     click.option("--closed", is_flag=True, help="Return from the last hole to the first."),
     click.option(
         "--min-jump", type=number, metavar="MM", help="Forbid moves shorter than this distance."
+    ),
+    click.option(
+        "--jump-diameters",
+        type=number,
+        metavar="K",
+        help="Forbid moves shorter than K times the larger hole's diameter.",
+    ),
+    click.option(
+        "--axis-run",
+        type=click.IntRange(min=1),
+        metavar="N",
+        help="Most successive moves along one axis.",
+    ),
+    click.option(
+        "--balance",
+        type=balance,
+        metavar="W,LOW,HIGH[,MOST]",
+        help="Axis balance: LOW <= sum|dx| / sum|dy| <= HIGH over each W moves; count the windows "
+        "that are not, or allow at most MOST.",
     ),
     click.option(
         "--forbid",

@@ -12,7 +12,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-from tcp.errors import TcpError, UsageError
+from tcp.errors import ProofError, UsageError
 from tcp.exact.positions import Search, refusal
 from tcp.instance import Instance
 from tcp.result import Report, silent
@@ -60,7 +60,7 @@ def front(
     ------
     UsageError
         Without a balance rule, or for an instance the position model cannot take.
-    TcpError
+    ProofError
         If the clock stops before the front is complete.
     """
     rule = instance.rules.balance
@@ -104,5 +104,5 @@ def _least(
     if outcome.infeasible:
         return None
     if outcome.route is None or outcome.bound != search.cost:
-        raise TcpError(f"the Pareto front is not complete: {outcome.stopped}")
+        raise ProofError(f"the Pareto front is not complete: {outcome.stopped}")
     return outcome.route

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
 
-from tcp.errors import TcpError, UsageError
+from tcp.errors import ProofError, UsageError
 from tcp.experiments.journal import Journal, Run
 from tcp.experiments.spec import Column, Experiment
 from tcp.instance import Instance
@@ -48,7 +48,7 @@ def optima(experiment: Experiment) -> dict[str, Optimum]:
 
     Raises
     ------
-    TcpError
+    ProofError
         If an optimum cannot be proved.
     """
     found: dict[str, Optimum] = {}
@@ -63,12 +63,12 @@ def prove(instance: Instance) -> Optimum:
 
     Raises
     ------
-    TcpError
+    ProofError
         If the solver ends without a proof.
     """
     result = solve(instance, exact=True)
     if result.status is not Status.OPTIMAL or result.cost is None:
-        raise TcpError(f"no proved optimum for {instance.name}: {result.status}")
+        raise ProofError(f"no proved optimum for {instance.name}: {result.status}")
     return Optimum(result.cost, result.seconds, f"{result.proof} ({result.solver})")
 
 

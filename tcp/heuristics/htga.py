@@ -51,6 +51,7 @@ from tcp.heuristics.orders import (
     search,
     shuffle,
 )
+from tcp.heuristics.selection import rank, spin, spin_up
 from tcp.instance import Instance
 from tcp.result import Outcome, Report
 from tcp.stop import Clock
@@ -176,7 +177,7 @@ def _initialise(
             if fresh:
                 break
         times[i] = length(genes[i], legs)
-    _rank(times, slots, population)
+    rank(times, slots, population)
 
 
 @njit(cache=True)
@@ -206,7 +207,7 @@ def _generations(
     stamp = np.zeros(genes.shape[1], dtype=np.int64)
     for step in range(1, steps + 1):
         before = times[slots[0]]
-        _spin_up(times, slots, population, wheel)
+        spin_up(times, slots, population, wheel)
         end = population
         for _ in range(pairs):
             first, second = _select(rng, genes, times, slots, wheel)
@@ -249,37 +250,14 @@ def _equal(a: Genes, b: Genes) -> bool:
 
 
 @njit(cache=True)
-def _spin_up(times: Ints, slots: Ints, population: int, wheel: Floats) -> None:
-    """Step 3: the cumulative probability of each parent."""
-    total = 0.0
-    for k in range(population):
-        total += 1.0 / max(times[slots[k]], 1)
-        wheel[k] = total
-
-
-@njit(cache=True)
-def _spin(rng: Generator, wheel: Floats) -> int:
-    """The first parent whose cumulative probability exceeds a random number."""
-    at = rng.random() * wheel[-1]
-    low, high = 0, len(wheel) - 1
-    while low < high:
-        middle = (low + high) // 2
-        if wheel[middle] > at:
-            high = middle
-        else:
-            low = middle + 1
-    return low
-
-
-@njit(cache=True)
 def _select(
     rng: Generator, genes: Genes, times: Ints, slots: Ints, wheel: Floats
 ) -> tuple[int, int]:
     """Step 3: a pair of parents with different genes."""
-    first = slots[_spin(rng, wheel)]
+    first = slots[spin(rng, wheel)]
     second = first
     for _ in range(SPINS):
-        second = slots[_spin(rng, wheel)]
+        second = slots[spin(rng, wheel)]
         if times[first] != times[second] or not _equal(genes[first], genes[second]):
             break
     return first, second
@@ -401,25 +379,13 @@ def _around(order: Genes, i: int, j: int, k: int, legs: Ints) -> int:
 
 
 @njit(cache=True)
-def _rank(times: Ints, slots: Ints, end: int) -> None:
-    """Sort ``slots[:end]`` by TR; stable, and quick where the first NP are sorted already."""
-    for k in range(1, end):
-        slot = slots[k]
-        at = k
-        while at > 0 and times[slots[at - 1]] > times[slot]:
-            slots[at] = slots[at - 1]
-            at -= 1
-        slots[at] = slot
-
-
-@njit(cache=True)
 def _eliminate(genes: Genes, times: Ints, slots: Ints, end: int, distinct: bool) -> None:
     """Step 8: parents and offspring by rank, parents first among equals; the first NP stay.
 
     Copies go behind all others: too small a number of distinct chromosomes is
     filled up with copies.
     """
-    _rank(times, slots, end)
+    rank(times, slots, end)
     if not distinct:
         return
     copies = np.zeros(end, dtype=np.int64)
