@@ -53,6 +53,7 @@ SOLVERS: Mapping[str, Entry] = {
     "firefly": Entry("tcp.heuristics.firefly", exact=False, libraries=("numba",)),
     "milp": Entry("tcp.exact.milp", exact=True, libraries=("pulp", "highspy")),
     "positions": Entry("tcp.exact.positions", exact=True, libraries=("ortools",), moves=True),
+    "bmga": Entry("tcp.heuristics.bmga", exact=False, libraries=("numba", "scipy"), moves=True),
     "pso": Entry("tcp.heuristics.pso", exact=False, libraries=("numba",)),
     "acs": Entry("tcp.heuristics.acs", exact=False, libraries=("numba",)),
 }

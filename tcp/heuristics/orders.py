@@ -15,7 +15,7 @@ an order below the penalty keeps every rule.
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -115,6 +115,25 @@ def orders(instance: Instance) -> Orders:
     legs[:m, :m] = full[np.ix_(free, free)]
     legs[m, :m], legs[:m, m] = full[source, list(free)], full[list(free), sink]
     return Orders(before, after, free, legs, fixed + penalty * _required(instance), penalty)
+
+
+def part(instance: Instance, holes: Sequence[int]) -> Orders:
+    """The orders of some of the holes as an open sub-path with free ends, rules included."""
+    m, index = len(holes), np.array(holes, dtype=np.int64)
+    legs = np.zeros((m + 1, m + 1), dtype=np.int64)
+    legs[:m, :m] = instance.form.costs(index[:, None], index[None, :])
+    place = {hole: k for k, hole in enumerate(holes)}
+    inside = [
+        {(min(p), max(p)) for p in pairs if p[0] in place and p[1] in place}
+        for pairs in (instance.form.forbidden, instance.rules.together)
+    ]
+    forbidden, together = inside
+    penalty = int(legs.max()) * (m + 1) + 1 if forbidden or together else 0
+    for price, pairs in ((penalty, forbidden), (-penalty, together - forbidden)):
+        for i, j in pairs:
+            legs[place[i], place[j]] += price
+            legs[place[j], place[i]] += price
+    return Orders((), (), tuple(holes), legs, penalty * len(together), penalty)
 
 
 def _highest(instance: Instance) -> int:

@@ -29,6 +29,7 @@ OPTIONS: dict[str, list[dict[str, Any]]] = {
         {"formulation": "subtour", "backend": "cbc"},
         {"formulation": "subtour", "backend": "scip"},
     ],
+    "bmga": [{"np": 10, "epoch": 10, "stall": 2}],
     "pso": [{"np": 10, "iterations": 30}],
     "acs": [{"np": 5, "iterations": 20}],
 }
