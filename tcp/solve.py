@@ -21,7 +21,7 @@ import numpy as np
 from tcp.errors import TcpError, UsageError
 from tcp.instance import Instance
 from tcp.result import Outcome, Progress, Proof, Report, Result, Status, silent
-from tcp.stop import Clock, Stop
+from tcp.stop import Clock, Stop, compiling_is_free
 from tcp.validate.route import faults
 
 
@@ -116,7 +116,7 @@ def solve(
     if exact and "exact" in inspect.signature(module.run).parameters:
         options["exact"] = True
     clock, trace = Clock(stop or Stop()), _Trace(report)
-    with _interruptible(clock):
+    with _interruptible(clock), compiling_is_free(clock):
         outcome: Outcome = module.run(
             instance, rng=np.random.default_rng(seed), clock=clock, report=trace, **options
         )
@@ -185,8 +185,8 @@ def _certified(result: Result, evidence: Any, path: Path) -> Result:
     return replace(result, certificate=path, proof=Proof.CERTIFIED if proved else result.proof)
 
 
-SMALL = 12
-"""Up to so many holes the dynamic programme answers before others have set up their model."""
+SMALL = 16
+"""Up to so many nodes the dynamic programme answers before others have set up their model."""
 
 PROVERS = ("branch-and-cut", "cp-sat", "held-karp", "positions")
 """Who proves beyond that, in order of preference."""
@@ -204,7 +204,7 @@ def choose(instance: Instance, exact: bool) -> tuple[str, str]:
         If every solver refuses the instance.
     """
     n = len(instance)
-    if n <= SMALL and not instance.rules.sequential:
+    if instance.form.size <= SMALL and not instance.rules.sequential:
         return "held-karp", f"{n} holes fit the dynamic programme, which always proves"
     aim = "a proof" if exact else "a good route"
     refusals: list[str] = []

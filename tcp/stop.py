@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import sys
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from enum import StrEnum
 from fractions import Fraction
+from typing import Any
 
 from tcp.errors import UsageError
 
@@ -62,25 +64,39 @@ class Clock:
         self.stop = stop
         self._now = now
         self._started = now()
+        self._pauses = 0
+        self._paused_at = self._started
         self.interrupted = False
 
     def interrupt(self) -> None:
         """Ask the solver to return what it has."""
         self.interrupted = True
 
+    def pause(self) -> None:
+        """Stand still until as many calls of :meth:`resume`."""
+        if not self._pauses:
+            self._paused_at = self._now()
+        self._pauses += 1
+
+    def resume(self) -> None:
+        """Run on after a :meth:`pause`."""
+        self._pauses -= 1
+        if not self._pauses:
+            self._started += self._now() - self._paused_at
+
     @contextmanager
     def paused(self) -> Iterator[None]:
         """What happens inside does not count: loading and compiling."""
-        before = self._now()
+        self.pause()
         try:
             yield
         finally:
-            self._started += self._now() - before
+            self.resume()
 
     @property
     def elapsed(self) -> float:
-        """Seconds since the start."""
-        return self._now() - self._started
+        """Seconds since the start, without pauses."""
+        return (self._paused_at if self._pauses else self._now()) - self._started
 
     @property
     def remaining(self) -> float:
@@ -107,3 +123,25 @@ class Clock:
         if stop.gap is not None and bound is not None and cost - bound <= stop.gap * cost:
             return StopReason.GAP
         return None
+
+
+@contextmanager
+def compiling_is_free(clock: Clock) -> Iterator[None]:
+    """The clock stands still whenever numba compiles: that happens once a machine.
+
+    Costs nothing where numba is not loaded.
+    """
+    if "numba" not in sys.modules:
+        yield
+        return
+    from numba.core import event
+
+    class Pause(event.Listener):  # type: ignore[misc]
+        def on_start(self, event: Any) -> None:
+            clock.pause()
+
+        def on_end(self, event: Any) -> None:
+            clock.resume()
+
+    with event.install_listener("numba:compile", Pause()):
+        yield

@@ -42,7 +42,7 @@ def refusal(instance: Instance) -> str | None:
     form = instance.form
     if form.size > NODES:
         return f"it builds models of up to {NODES} nodes"
-    tour = start_tour(form, starts=1) or range(form.size)
+    tour = start_tour(form) or range(form.size)
     if form.tour_cost(tour) // instance.granularity > FINE:
         return f"it proves tours of up to {FINE} units of cost; choose a larger quantum"
     return None

@@ -1,149 +1,157 @@
-"""A quick, honest first tour: nearest neighbour, then 2-opt and Or-opt moves.
+"""A tour to begin with for the exact solvers: deterministic, in milliseconds.
 
-Exact models want a hint and an answer to give when time runs out at once.
-Rules weigh before costs: a move is better if it breaks fewer of them (counts
-of forbidden edges used minus forced edges used), or as many at a lower cost,
-so no penalty has to be chosen and nothing can overflow.
+Up to :data:`SMALL` nodes: nearest neighbour, 2-opt and Or-opt on whole cost
+matrices in numpy, so that a first call compiles nothing.  Beyond: the local
+search.  Costs are floats here: they choose a tour and prove nothing.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from itertools import pairwise
+
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from tcp.errors import InfeasibleError
 from tcp.instance import TourForm
+from tcp.stop import Clock, Stop
 from tcp.travel import Ints
 
-Marks = NDArray[np.int8]
+Floats = NDArray[np.float64]
+
+SMALL = 200
+"""Most nodes for which whole matrices are faster than loading compiled code."""
 
 STARTS = 12
-"""Nearest-neighbour tours that are improved; the best is kept."""
+"""Nearest-neighbour tours that are improved at most; the best is kept."""
+
+WORK = 600
+"""Nodes improved in total over all starts: large forms get fewer."""
 
 SEGMENT = 3
 """Longest chain that an Or-opt move carries elsewhere."""
 
 
-def start_tour(form: TourForm, starts: int = STARTS) -> list[int] | None:
+def start_tour(form: TourForm) -> list[int] | None:
     """A cyclic tour that respects the rules, or None if none was found.
 
     Parameters
     ----------
     form : TourForm
-        The instance; needs its full matrix, so at most a few thousand nodes.
-    starts : int
-        Nodes to begin at, spread evenly over the numbering.
+        The instance, of any size.
 
     Returns
     -------
     list of int or None
         All nodes in cyclic order.  None does not mean that there is no route.
     """
-    costs, marks = form.full_matrix(), rule_marks(form)
     if form.size <= 3:
-        tour = np.arange(form.size, dtype=np.int64)
-        return tour.tolist() if not form.forbidden else None
-    best: Ints | None = None
-    value = (0, 0)
-    for first in np.unique(np.linspace(0, form.size - 1, min(starts, form.size)).astype(np.int64)):
-        tour = nearest_neighbour(costs, marks, first)
-        improve(tour, costs, marks)
-        after = np.roll(tour, -1)
-        found = (int(marks[tour, after].sum()), int(costs[tour, after].sum()))
-        if best is None or found < value:
-            best, value = tour, found
-    assert best is not None
-    return [int(v) for v in best] if value[0] == -len(form.forced) else None
+        return list(range(form.size)) if not form.forbidden else None
+    tour = _small(form) if form.size <= SMALL else _large(form)
+    return tour if tour is not None and _keeps_rules(form, tour) else None
 
 
-def rule_marks(form: TourForm) -> Marks:
-    """+1 at forbidden edges, -1 at forced ones (a pair that is both is 0: never satisfied)."""
-    marks = np.zeros((form.size, form.size), dtype=np.int8)
+def _keeps_rules(form: TourForm, tour: list[int]) -> bool:
+    used = {(min(p), max(p)) for p in pairwise([*tour, tour[0]])}
+    return used.issuperset(form.forced) and used.isdisjoint(form.forbidden)
+
+
+def _large(form: TourForm) -> list[int] | None:
+    """The local search's first descent."""
+    from tcp.heuristics.local_search import improve
+
+    rng, clock = np.random.default_rng(0), Clock(Stop())
+    try:
+        return improve(form, None, rng=rng, clock=clock, kicks=0)
+    except InfeasibleError:
+        return None
+
+
+def _small(form: TourForm) -> list[int]:
+    """The best of a few improved nearest-neighbour tours."""
+    costs = _ruled_costs(form)
+    count = max(1, min(STARTS, WORK // form.size, form.size))
+    firsts = np.linspace(0, form.size - 1, count).astype(np.int64)
+    tours = [improve(nearest_neighbour(costs, first), costs) for first in np.unique(firsts)]
+    best = min(tours, key=lambda tour: float(costs[tour, np.roll(tour, -1)].sum()))
+    return [int(v) for v in best]
+
+
+def _ruled_costs(form: TourForm) -> Floats:
+    """Costs where keeping one more rule is worth more than all else in an exchange."""
+    costs = form.full_matrix().astype(np.float64)
+    worth = 8 * costs.max() + 1
     for sign, edges in ((-1, form.forced), (1, form.forbidden)):
         for i, j in edges:
-            marks[i, j] += sign
-            marks[j, i] += sign
-    return marks
+            costs[i, j] += sign * worth
+            costs[j, i] += sign * worth
+    np.fill_diagonal(costs, np.inf)
+    return costs
 
 
-@njit(cache=True)
-def nearest_neighbour(costs: Ints, marks: Marks, first: int) -> Ints:
-    """Always on to the nearest unvisited node; forced edges first, forbidden ones last."""
-    n = len(costs)
-    tour = np.empty(n, np.int64)
-    seen = np.zeros(n, np.bool_)
-    here = first
-    for at in range(n):
-        tour[at] = here
-        seen[here] = True
-        best = -1
-        for j in range(n):
-            if not seen[j] and (
-                best < 0
-                or marks[here, j] < marks[here, best]
-                or (marks[here, j] == marks[here, best] and costs[here, j] < costs[here, best])
-            ):
-                best = j
-        here = best
+def nearest_neighbour(costs: Floats, first: int) -> Ints:
+    """Always on to the cheapest unvisited node."""
+    tour = np.full(len(costs), first, dtype=np.int64)
+    seen = np.zeros(len(costs), dtype=bool)
+    for at in range(1, len(costs)):
+        seen[tour[at - 1]] = True
+        tour[at] = np.where(seen, np.inf, costs[tour[at - 1]]).argmin()
     return tour
 
 
-@njit(cache=True)
-def improve(tour: Ints, costs: Ints, marks: Marks) -> None:
-    """2-opt and Or-opt in place until neither finds a better tour."""
-    going = True
-    while going:
-        going = _two_opt(tour, costs, marks)
-        going = _or_opt(tour, costs, marks) or going
+def improve(tour: Ints, costs: Floats) -> Ints:
+    """The best 2-opt or Or-opt move, again and again, until there is none."""
+    least = 1e-9 * float(np.abs(costs[np.isfinite(costs)]).max())
+    while True:
+        along = costs[np.ix_(tour, tour)]
+        chains = range(1, min(SEGMENT, len(tour) - 3) + 1)
+        moves = [_two_opt(along), *(_or_opt(along, size) for size in chains)]
+        gain, places = max(moves, key=lambda move: move[0])
+        if gain <= least:
+            return tour
+        tour = tour[places()]
 
 
-@njit(cache=True)
-def _two_opt(tour: Ints, costs: Ints, marks: Marks) -> bool:
-    n, improved = len(tour), False
-    for i in range(n - 2):
-        for j in range(i + 2, n - (i == 0)):
-            a, b, c, d = tour[i], tour[i + 1], tour[j], tour[(j + 1) % n]
-            rules = marks[a, c] + marks[b, d] - marks[a, b] - marks[c, d]
-            if rules > 0:
-                continue
-            if rules < 0 or costs[a, c] + costs[b, d] < costs[a, b] + costs[c, d]:
-                tour[i + 1 : j + 1] = tour[i + 1 : j + 1][::-1].copy()
-                improved = True
-    return improved
+Move = tuple[float, Callable[[], Ints]]
+"""What a move gains, and the tour's places in their new order."""
 
 
-@njit(cache=True)
-def _or_opt(tour: Ints, costs: Ints, marks: Marks) -> bool:
-    n, improved = len(tour), False
-    for length in range(1, min(SEGMENT, n - 3) + 1):
-        for i in range(n):
-            if _carry(tour, costs, marks, i, length):
-                improved = True
-    return improved
+def _two_opt(along: Floats) -> Move:
+    """The best pair of edges (i, i+1), (j, j+1) to exchange; ``along`` are costs by place."""
+    edge = np.diagonal(np.roll(along, -1, axis=1))
+    gain = edge[:, None] + edge[None, :] - along - np.roll(along, (-1, -1), axis=(0, 1))
+    i, j = sorted(np.unravel_index(int(gain.argmax()), gain.shape))
+
+    def places() -> Ints:
+        everyone = np.arange(len(along))
+        everyone[i + 1 : j + 1] = everyone[i + 1 : j + 1][::-1].copy()
+        return everyone
+
+    return float(gain[i, j]), places
 
 
-@njit(cache=True)
-def _carry(tour: Ints, costs: Ints, marks: Marks, i: int, length: int) -> bool:
-    """Move the chain of ``length`` nodes from position ``i`` to a better place, if there is one."""
-    n = len(tour)
-    turned = np.concatenate((tour[i:], tour[:i]))
-    head, tail, before = turned[0], turned[length - 1], turned[n - 1]
-    after = turned[length]
-    for k in range(length, n - 1):
-        p, q = turned[k], turned[k + 1]
-        for flip in range(2):
-            s, t = (tail, head) if flip else (head, tail)
-            rules = marks[p, s] + marks[t, q] + marks[before, after]
-            rules -= marks[before, head] + marks[tail, after] + marks[p, q]
-            if rules > 0:
-                continue
-            old = costs[before, head] + costs[tail, after] + costs[p, q]
-            if rules < 0 or costs[p, s] + costs[t, q] + costs[before, after] < old:
-                chain = turned[:length][::-1] if flip else turned[:length]
-                rest = turned[length:]
-                m = k - length + 1
-                tour[:m] = rest[:m]
-                tour[m : m + length] = chain
-                tour[m + length :] = rest[m:]
-                return True
-    return False
+def _or_opt(along: Floats, size: int) -> Move:
+    """The best chain of ``size`` nodes from place i to carry, maybe turned, between k and k+1."""
+    n = len(along)
+    here = np.arange(n)
+    edge = along[here, (here + 1) % n]
+    last, after = (here + size - 1) % n, (here + size) % n
+    closed = edge[here - 1] + edge[last] - along[here - 1, after]
+    tail = along[last]
+    straight = along + np.roll(tail, -1, axis=1)
+    turned = tail + np.roll(along, -1, axis=1)
+    gain = closed[:, None] + edge[None, :] - np.minimum(straight, turned)
+    for step in range(-1, size):  # the edges that the chain itself touches
+        gain[here, (here + step) % n] = -np.inf
+    i, k = divmod(int(gain.argmax()), n)
+
+    def places() -> Ints:
+        around = (here + i) % n
+        chain, rest = around[:size], around[size:]
+        at = (k - i - size) % n + 1
+        if turned[i, k] < straight[i, k]:
+            chain = chain[::-1]
+        return np.concatenate((rest[:at], chain, rest[at:]))
+
+    return float(gain[i, k]), places
