@@ -110,7 +110,9 @@ def solve(
     SolverError
         If the solver's answer does not hold.
     """
-    name, why = choose(instance, exact) if solver == "auto" else (solver, "")
+    name, why = solver, ""
+    if solver == "auto":
+        name, why = choose(instance, exact, certificate is not None)
     entry, module = _look_up(name, exact)
     _check_call(name, module, instance, seed, options)
     if exact and "exact" in inspect.signature(module.run).parameters:
@@ -188,28 +190,40 @@ def _certified(result: Result, evidence: Any, path: Path) -> Result:
 SMALL = 16
 """Up to so many nodes the dynamic programme answers before others have set up their model."""
 
+MEDIUM = 50
+"""Up to so many nodes CP-SAT proves in about a second, and needs nothing compiled for it."""
+
 PROVERS = ("branch-and-cut", "cp-sat", "held-karp", "positions")
 """Who proves beyond that, in order of preference."""
 
-SEEKERS = ("local-search", "routing", "cp-sat", "held-karp", "bmga", "positions")
+SEEKERS = ("local-search", "routing", "cp-sat", "held-karp", "positions")
 """Who looks for a good route without a proof, in order of preference."""
 
 
-def choose(instance: Instance, exact: bool) -> tuple[str, str]:
-    """The solver that ``auto`` stands for and why: by size, ends and whether a proof is wanted.
+def choose(instance: Instance, exact: bool, certificate: bool = False) -> tuple[str, str]:
+    """The solver that ``auto`` stands for, and why.
+
+    It goes by the number of nodes (holes, a home position, an open end), by
+    the rules that a solver must know, and by whether a proof or even its
+    certificate is wanted.
 
     Raises
     ------
     UsageError
         If every solver refuses the instance.
     """
-    n = len(instance)
-    if instance.form.size <= SMALL and not instance.rules.sequential:
-        return "held-karp", f"{n} holes fit the dynamic programme, which always proves"
-    aim = "a proof" if exact else "a good route"
+    n, size = len(instance), instance.form.size
+    order = PROVERS if exact or certificate else SEEKERS
+    aim = "a certificate" if certificate else "a proof" if exact else "a good route"
+    if size <= SMALL:
+        order = ("held-karp", *order)
+    elif size <= MEDIUM and not certificate:
+        order, aim = ("cp-sat", *order), "a proof in about a second"
     refusals: list[str] = []
-    for name in filter(SOLVERS.__contains__, PROVERS if exact else SEEKERS):
+    for name in dict.fromkeys(order):
         refusal = _refusal(name, instance)
+        if refusal is None and name == "held-karp" and size <= SMALL:
+            return name, f"{n} holes fit the dynamic programme, which always proves"
         if refusal is None:
             return name, f"the first choice for {aim} over {n} holes" + "".join(refusals)
         refusals.append(f"; {name} refused, because {refusal}")

@@ -10,7 +10,7 @@ from types import ModuleType
 
 import pytest
 
-from tcp import Instance, Proof, Status, Stop, StopReason, Workpiece
+from tcp import Ends, Instance, Proof, Rules, Status, Stop, StopReason, Workpiece
 from tcp.errors import UsageError
 from tcp.result import Outcome, Progress
 
@@ -185,3 +185,67 @@ def test_an_options_type_is_that_of_its_default(fake, value, words):
         with pytest.raises(UsageError, match=f"fake: {min(bad)} is"):
             facade.solve(THREE, "fake", **bad)
     assert facade.solve(THREE, "fake", rounds=2, rate=1, name="y", fast=True).cost == 5
+
+
+def test_compiling_costs_no_time():
+    import numba
+
+    from tcp.stop import Clock, compiling_is_free
+
+    ticks = iter(range(100))
+    clock = Clock(Stop(), now=lambda: float(next(ticks)))
+
+    @numba.njit
+    def inner(x):
+        return x + 1
+
+    @numba.njit
+    def outer(x):
+        return inner(x) * 2  # compiles within the compilation of outer
+
+    with compiling_is_free(clock):
+        outer(3)
+    assert clock.elapsed == 2  # asked at 0, paused at 1, resumed at 2, asked again at 3
+    outer(3.5)
+    assert clock.elapsed == 3  # nobody listens any more
+
+
+def test_a_paused_clock_stands_still_however_often_it_is_paused():
+    from tcp.stop import Clock
+
+    now = [0.0]
+    clock = Clock(Stop(time=5), now=lambda: now[0])
+    now[0] = 1.0
+    with clock.paused():
+        now[0] = 10.0
+        with clock.paused():
+            now[0] = 100.0
+        assert clock.elapsed == 1 and clock.reason() is None
+    now[0] = 102.0
+    assert (clock.elapsed, clock.remaining) == (3, 2)
+
+
+def grid(n):
+    return Workpiece.from_decimals("grid", [(k % 9, k // 9) for k in range(n)])
+
+
+@pytest.mark.parametrize(
+    ("n", "how", "wanted"),
+    [
+        (15, {}, "held-karp"),
+        (16, {}, "cp-sat"),  # the open end is a node as well
+        (16, {"ends": Ends(closed=True)}, "held-karp"),
+        (16, {"ends": Ends(closed=True), "certificate": True}, "held-karp"),
+        (40, {"exact": True}, "cp-sat"),
+        (40, {"certificate": True}, "branch-and-cut"),
+        (60, {"exact": True}, "branch-and-cut"),
+        (60, {}, "local-search"),
+        (30, {"rules": Rules(axis_run=2), "exact": True}, "positions"),
+    ],
+)
+def test_auto_goes_by_size_ends_rules_and_what_is_asked(n, how, wanted):
+    ends, rules = how.pop("ends", Ends()), how.pop("rules", Rules())
+    instance = Instance(grid(n), ends=ends, rules=rules)
+    name, why = facade.choose(instance, how.pop("exact", False), **how)
+    assert name == wanted
+    assert ("refused" in why) == (wanted == "positions")

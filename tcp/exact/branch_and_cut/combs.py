@@ -16,7 +16,7 @@ Nodes are numbered by their tour positions throughout this file.
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numba import njit
@@ -282,7 +282,9 @@ def climb(graph: Graph, teeth: Teeth, inside: Flags, steps: int, room: Room) -> 
     """The most violated handle within a few single moves of ``inside``, and its violation."""
     size = len(inside)
     switches, trial = np.empty(size + 2, np.int64), np.empty(size + 2, np.int64)
-    count, delta, members = 0, 0.0, 0
+    # typed: a literal 0 would compile what takes it a second time
+    count: Any = np.int64(0)
+    delta, members = 0.0, 0
     for p in range(size):
         members += inside[p]
         if p > 0 and inside[p] != inside[p - 1]:
@@ -297,7 +299,8 @@ def climb(graph: Graph, teeth: Teeth, inside: Flags, steps: int, room: Room) -> 
     tabu = np.full(size, -1, np.int64)
     since = 0
     for step in range(steps):
-        value, move = -np.inf, -1
+        value = -np.inf
+        move: Any = np.int64(-1)
         for p in range(size):
             if not inside[p]:
                 continue
@@ -331,7 +334,8 @@ def climb(graph: Graph, teeth: Teeth, inside: Flags, steps: int, room: Room) -> 
         since += 1
         if value > record + 1e-6:
             record, since = value, 0
-            kept[:] = inside
+            for p in range(size):  # a slice assignment would compile for seconds
+                kept[p] = inside[p]
         if since >= PATIENCE:
             break
     return record, kept

@@ -12,6 +12,7 @@ from tcp.exact.branch_and_cut.guide import joined
 from tcp.exact.branch_and_cut.problem import Problem
 from tcp.exact.branch_and_cut.support import Support
 from tcp.heuristics.local_search import improve
+from tcp.heuristics.start import start_tour
 from tcp.stop import Clock
 from tcp.travel import Ints
 
@@ -24,11 +25,19 @@ MOST_START_KICKS = 300_000
 REPAIR_KICKS = 1
 """Kicks per node after a repair."""
 
+LIGHT = 60
+"""Up to so many nodes an uncompiled start serves: the search that compiles takes longer to load."""
+
 
 def start(
     problem: Problem, rng: np.random.Generator, clock: Clock, tour: list[int] | None
 ) -> Ints | None:
     """A good tour to begin with, never worse than ``tour``; None if the rules allow none."""
+    if problem.size <= LIGHT:
+        light = start_tour(problem.form)
+        known = [t for t in (tour, light) if t is not None]
+        if known:
+            return np.array(min(known, key=problem.form.tour_cost), np.int64)
     kicks = 0 if tour is not None else min(START_KICKS * problem.size, MOST_START_KICKS)
     try:
         found = improve(problem.form, tour, rng=rng, clock=clock, kicks=kicks)
@@ -56,7 +65,7 @@ class Repair:
     def __call__(self, support: Support) -> None:
         """Offer the tour made from a support graph to the incumbent."""
         self.calls += 1
-        if self.calls % self.every or self.problem.size < 8:
+        if self.calls % self.every or self.problem.size <= LIGHT:
             return
         self.every += 2
         tour = joined(support, self.incumbent.tour)

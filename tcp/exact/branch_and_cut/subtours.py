@@ -103,7 +103,7 @@ def _contract(size: int, i: Ints, j: Ints, x: Floats, root: Ints, limit: float) 
             root[find(root, i[k])] = find(root, j[k])
     while True:
         name = np.full(size, -1, np.int64)
-        count = 0
+        count = np.int64(0)  # a literal 0 would compile what takes it a second time
         for v in range(size):
             r = find(root, v)
             if name[r] < 0:
