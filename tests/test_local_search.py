@@ -7,12 +7,21 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from tcp import Ends, Instance, Model, Rules, Travel, Workpiece
 from tcp.heuristics.local_search import improve, respects
+from tcp.heuristics.local_search.exchange import apply, new_tour, undo
+from tcp.heuristics.local_search.ground import length, price
+from tcp.heuristics.local_search.kicks import kick_and_repair
+from tcp.heuristics.local_search.merge import ab_cycles, merge
+from tcp.heuristics.local_search.search import THOROUGH, new_work, push, settle
+from tcp.heuristics.local_search.starts import greedy
+from tcp.heuristics.local_search.survey import survey
 from tcp.result import Status
 from tcp.solve import solve
-from tcp.stop import Clock, Stop
+from tcp.stop import Clock, Stop, StopReason
 
 HOME = (Fraction(-3), Fraction(5, 2))
 ENDS = [
@@ -89,3 +98,147 @@ def test_the_same_seed_gives_the_same_route():
     stop = Stop(iterations=500)
     first, second = (solve(instance, "local-search", stop=stop, seed=7) for _ in range(2))
     assert first.route == second.route
+
+
+def test_workers_do_not_change_the_route():
+    form = Instance(scattered(200)).form
+    tours = [
+        improve(
+            form, None, rng=np.random.default_rng(5), clock=Clock(Stop()), kicks=3000, workers=k
+        )
+        for k in (1, 2)
+    ]
+    assert tours[0] == tours[1]
+
+
+def test_a_search_can_be_interrupted_at_once_and_in_the_middle():
+    form = Instance(lattice(20, 20)).form
+    for polls in (0, 1, 3, 10):
+        clock, seen = Clock(Stop()), []
+
+        def watch(news, clock=clock, seen=seen, polls=polls):
+            seen.append(news.cost)
+            if len(seen) > polls:
+                clock.interrupt()
+
+        if polls == 0:
+            clock.interrupt()
+        tour = improve(form, None, rng=np.random.default_rng(1), clock=clock, report=watch)
+        assert sorted(tour) == list(range(form.size))
+        assert form.tour_cost(tour) == seen[-1] == min(seen)
+
+
+def test_the_time_limit_is_held():
+    result = solve(Instance(scattered(2000)), "local-search", stop=Stop(time=1.0))
+    assert result.stopped is StopReason.TIME
+    assert 0.9 <= result.seconds <= 1.5  # 5 % on an idle machine; CI is none
+
+
+def missed_exchange(form, ground, tour):
+    """An improving exchange of two or three edges along candidate lists, by trying them all."""
+    n, cost = form.size, [[price(ground, u, v) for v in range(form.size)] for u in range(form.size)]
+    near = [{int(w) for w in ground.near[v] if w != v} for v in range(n)]
+    fixed = [{int(w) for w in ground.mates[v] if w >= 0} for v in range(n)]
+
+    def listed(u, v):
+        return v in near[u] and u in near[v]
+
+    edges = [(i, tour[i], tour[(i + 1) % n]) for i in range(n)]
+    edges = [(i, a, b) for i, a, b in edges if b not in fixed[a]]
+    for (i, a, b), (j, c, d) in itertools.combinations(edges, 2):
+        out = cost[a][b] + cost[c][d]
+        if cost[a][c] + cost[b][d] < out and (listed(a, c) or listed(b, d)):
+            return (i, j)
+    for (i, a, b), (j, c, d), (k, e, f) in itertools.combinations(edges, 3):
+        out = cost[a][b] + cost[c][d] + cost[e][f]
+        for new in (
+            ((a, d), (e, b), (c, f)),
+            ((a, d), (e, c), (b, f)),
+            ((a, c), (b, e), (d, f)),
+            ((a, e), (d, b), (c, f)),
+        ):
+            if sum(cost[u][v] for u, v in new) < out and all(listed(u, v) for u, v in new):
+                return (i, j, k)
+    return None
+
+
+@pytest.mark.parametrize("ends", ENDS[:1] + ENDS[3:5] + ENDS[5:6], ids=str)
+@pytest.mark.parametrize("model", MODELS)
+@pytest.mark.parametrize("piece", [scattered(45, 3), lattice(6, 7)], ids=["random", "lattice"])
+def test_no_improving_exchange_inside_the_lists_is_missed(piece, model, ends):
+    form = Instance(piece, Travel(model), ends).form
+    ground = survey(form, 7)
+    tour, work = new_tour(greedy(ground)), new_work(form.size, ground.near.shape[1])
+    work.breadth[:] = THOROUGH
+    before = length(ground, tour.order)
+    while True:
+        for v in tour.order:
+            push(work, v)
+        gain = settle(ground, tour, work, 1 << 60)
+        after = length(ground, tour.order)
+        assert after == before - gain
+        before = after
+        if gain == 0:
+            break
+    assert missed_exchange(form, ground, tour.order.tolist()) is None
+
+
+@settings(max_examples=25, deadline=None)
+@given(st.integers(9, 60), st.integers(0, 2**32), st.sampled_from(ENDS))
+def test_books_balance_and_undo_restores(n, seed, ends):
+    form = Instance(scattered(n, seed, side=20), ends=ends).form
+    ground = survey(form)
+    tour, work = new_tour(greedy(ground)), new_work(form.size, ground.near.shape[1])
+    random = np.array([seed + 1], np.uint64)
+    cost = length(ground, tour.order)
+    for heat in (0.0, 5.0, 0.0):
+        cost -= kick_and_repair(ground, tour, work, random, 40, 30, heat)
+        assert length(ground, tour.order) == length(ground, tour.kept) == cost
+        assert np.array_equal(tour.pos[tour.order], np.arange(form.size))
+        assert set(form.forced) <= edges_of(ground.label[tour.order].tolist())
+    kept = tour.kept.copy()
+    for base in range(0, form.size, 7):
+        segs = np.array([[form.size // 2, 1], [0, 0], [form.size // 2 + 1, form.size - 1]])
+        apply(tour, base, 0, segs, 3)
+    undo(tour)
+    assert np.array_equal(tour.order, kept)
+    assert np.array_equal(tour.pos[tour.order], np.arange(form.size))
+
+
+def edges_of(tour):
+    return {(min(p), max(p)) for p in itertools.pairwise([*tour, tour[0]])}
+
+
+@settings(max_examples=40, deadline=None)
+@given(st.integers(8, 80), st.integers(0, 2**32))
+def test_a_merged_tour_is_a_tour_of_its_parents_edges(n, seed):
+    form = Instance(scattered(n, seed, side=50), ends=Ends(closed=True)).form
+    ground = survey(form)
+    parents = [new_tour(greedy(ground)) for _ in range(2)]
+    for k, parent in enumerate(parents):
+        work = new_work(n, ground.near.shape[1])
+        kick_and_repair(ground, parent, work, np.array([seed + k + 1], np.uint64), 5, 30, 1e9)
+    first, second = (p.kept.copy() for p in parents)
+    gain = merge(ground, parents[0], second)
+    child = parents[0].kept
+    assert gain >= 0
+    assert sorted(child.tolist()) == list(range(n))
+    assert length(ground, child) == length(ground, first) - gain
+    assert edges_of(child.tolist()) <= edges_of(first.tolist()) | edges_of(second.tolist())
+
+
+def test_ab_cycles_alternate_and_cover_the_difference():
+    rng = np.random.default_rng(0)
+    for n in (5, 8, 30):
+        a, b = (rng.permutation(n).astype(np.int32) for _ in range(2))
+        tour = new_tour(a)
+        nodes, starts, count = ab_cycles(tour.order, tour.pos, b)
+        only_a, only_b = edges_of(a.tolist()), edges_of(b.tolist())
+        only_a, only_b = only_a - only_b, only_b - only_a
+        seen = ([], [])
+        for c in range(count):
+            cycle = nodes[starts[c] : starts[c + 1]].tolist()
+            assert len(cycle) % 2 == 0
+            for i, pair in enumerate(itertools.pairwise([*cycle, cycle[0]])):
+                seen[i % 2].append((min(pair), max(pair)))
+        assert sorted(seen[0]) == sorted(only_a) and sorted(seen[1]) == sorted(only_b)

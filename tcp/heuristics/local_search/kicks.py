@@ -4,15 +4,21 @@ The disturbance is a double bridge (Martin, Otto and Felten 1991) of three
 short neighbouring stretches of the tour, A B C D -> A D C B: four exchanged
 edges that no sequential exchange of three can take back.  Only the nodes it
 touched are looked at again, so a kick costs the same on a board of any size.
+
+Keeping only what is not worse gets stuck after some ten kicks a node.  A loss
+is therefore kept with probability exp(-loss / heat), as in simulated annealing
+(Martin, Otto and Felten 1991 do so for their large steps), and the caller
+lowers the heat to zero.
 """
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
 
-from tcp.heuristics.local_search.compiled import compiled
+from tcp.heuristics.local_search.compiled import compiled, inlined
 from tcp.heuristics.local_search.exchange import apply, keep, node_at, undo
 from tcp.heuristics.local_search.ground import bound_together, price
 from tcp.heuristics.local_search.search import push, settle
@@ -30,20 +36,31 @@ def draw(state: Any, below: int) -> int:
 
 
 @compiled
-def kick_and_repair(g: Any, t: Any, w: Any, random: Any, kicks: int, reach: int) -> int:
-    """Try ``kicks`` disturbances of stretches up to ``reach`` nodes; returns the total gain."""
+def kick_and_repair(
+    g: Any, t: Any, w: Any, random: Any, kicks: int, reach: int, heat: float
+) -> int:
+    """Try ``kicks`` disturbances of stretches up to ``reach`` nodes; returns the total gain.
+
+    The gain is negative where more losses were put up with than gains found.
+    """
     n = t.order.size
     total = np.int64(0)
     reach = min(reach, (n - 1) // 3)
     for _ in range(kicks):
         cost = _disturb(g, t, w, random, reach)
         gain = settle(g, t, w, np.int64(1) << 60) - cost
-        if gain >= 0:
+        if gain >= 0 or (heat > 0.0 and accepted(random, -gain, heat)):
             total += gain
             keep(t)
         else:
             undo(t)
     return total
+
+
+@inlined
+def accepted(random: Any, loss: int, heat: float) -> bool:
+    """Whether a loss is put up with: with probability exp(-loss / heat)."""
+    return loss < -heat * math.log((1.0 + draw(random, 1 << 30)) / (1 << 30))
 
 
 @compiled

@@ -111,7 +111,7 @@ def near_nodes(ground: Ground, real: int, width: int) -> tuple[NDArray[np.int32]
     if ground.form == MATRIX:
         for v in range(real):
             row = np.argpartition(ground.matrix[v], look - 1)[:look].astype(np.int32)
-            _pick(ground, v, row[None, :], near, dist, False)
+            _pick(ground, v, row[None, :], near, dist, 0)
         return near, dist
     from scipy.spatial import cKDTree
 
@@ -119,56 +119,58 @@ def near_nodes(ground: Ground, real: int, width: int) -> tuple[NDArray[np.int32]
     tree = cKDTree(where)
     for low in range(0, real, CHUNK):
         found = tree.query(where[low : low + CHUNK], look, p=p)[1]
-        _pick(ground, low, found.astype(np.int32), near, dist, True)
+        _pick(ground, low, found.astype(np.int32), near, dist, width // 2 if width > 4 else 0)
     return near, dist
 
 
 @allocating
-def _pick(g: Any, low: int, found: Any, near: Any, dist: Any, balance: bool) -> None:
-    """Fill the lists of the nodes from ``low`` on out of what was found around them."""
+def _pick(g: Any, low: int, found: Any, near: Any, dist: Any, balance: int) -> None:
+    """Fill the lists of the nodes from ``low`` on out of what was found around them.
+
+    The last ``balance`` places go to quadrants that have nobody yet, as far as possible.
+    """
     width, look = near.shape[1], found.shape[1]
     costs = np.empty(look, np.int64)
-    taken = np.empty(look, np.bool_)
     for i in range(found.shape[0]):
         v = low + i
         row = found[i]
+        size = 0
         for k in range(look):
-            costs[k] = price(g, v, row[k])
-            taken[k] = row[k] == v or (g.penalty > 0 and banned(g.ban_from, g.ban, v, row[k]))
-        ranked = np.argsort(costs, kind="mergesort")
-        plain = width - 3 if balance and width > 4 else width
-        picked = 0
+            if row[k] != v and not (g.penalty > 0 and banned(g.ban_from, g.ban, v, row[k])):
+                costs[size], row[size] = price(g, v, row[k]), row[k]
+                size += 1
+        _sort(costs, row, size)
+        picked = min(size, width - balance)
         quadrants = 0
-        for k in ranked:
-            if picked == plain:
-                break
-            if not taken[k]:
-                taken[k] = True
-                quadrants |= _quadrant(g, v, row[k])
-                near[v, picked] = row[k]
-                picked += 1
-        for k in ranked:
-            if picked == width:
-                break
-            if not taken[k] and not quadrants & _quadrant(g, v, row[k]):
-                taken[k] = True
-                quadrants |= _quadrant(g, v, row[k])
-                near[v, picked] = row[k]
-                picked += 1
-        for k in ranked:
-            if picked == width:
-                break
-            if not taken[k]:
-                taken[k] = True
-                near[v, picked] = row[k]
-                picked += 1
         for k in range(picked):
-            costs[k] = price(g, v, near[v, k])
-        ranked = np.argsort(costs[:picked], kind="mergesort")
-        chosen = near[v, :picked].copy()
+            quadrants |= _quadrant(g, v, row[k])
+        for wanted in range(2):  # first the empty quadrants, then simply the nearest
+            for k in range(picked, size):
+                if picked == width:
+                    break
+                side = _quadrant(g, v, row[k])
+                if wanted == 1 or not quadrants & side:
+                    quadrants |= side
+                    c, w = costs[k], row[k]
+                    for m in range(k, picked, -1):
+                        costs[m], row[m] = costs[m - 1], row[m - 1]
+                    costs[picked], row[picked] = c, w
+                    picked += 1
+        _sort(costs, row, picked)
         for k in range(picked):
-            near[v, k] = chosen[ranked[k]]
-            dist[v, k] = costs[ranked[k]]
+            near[v, k], dist[v, k] = row[k], costs[k]
+
+
+@compiled
+def _sort(costs: Any, nodes: Any, size: int) -> None:
+    """Sort the first nodes by cost, equal ones as they stand."""
+    for k in range(1, size):
+        c, w = costs[k], nodes[k]
+        m = k
+        while m > 0 and costs[m - 1] > c:
+            costs[m], nodes[m] = costs[m - 1], nodes[m - 1]
+            m -= 1
+        costs[m], nodes[m] = c, w
 
 
 @compiled

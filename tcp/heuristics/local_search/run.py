@@ -10,27 +10,23 @@ import numpy as np
 
 from tcp.errors import InfeasibleError
 from tcp.heuristics.local_search import starts
-from tcp.heuristics.local_search.exchange import Tour, keep, new_tour
-from tcp.heuristics.local_search.ground import Ground, length
-from tcp.heuristics.local_search.kicks import kick_and_repair
-from tcp.heuristics.local_search.search import SIZE, Work, new_work, push, settle
+from tcp.heuristics.local_search.anneal import Search
 from tcp.heuristics.local_search.survey import survey
 from tcp.instance import Instance, TourForm
-from tcp.result import Outcome, Progress, Report, silent
+from tcp.result import Outcome, Report, silent
 from tcp.stop import Clock, Stop, StopReason
 from tcp.workpiece import Workpiece
 
 TINY = 8
 """Below this many nodes every tour is tried."""
 
-REACH = 50
-"""Longest stretch of a kick's double bridge."""
-
-PATIENCE = 200
+PATIENCE = 100
 """Kicks per node after which a search without a limit stops."""
 
-SLICE = 0.04
-"""Seconds between two looks at the clock."""
+WIDTH, NARROW = 12, 8
+"""Candidates of a node, and on boards of more than :data:`LARGE` nodes."""
+
+LARGE = 150_000
 
 
 def refusal(instance: Instance) -> str | None:
@@ -38,11 +34,18 @@ def refusal(instance: Instance) -> str | None:
     return None
 
 
-def run(instance: Instance, *, rng: np.random.Generator, clock: Clock, report: Report) -> Outcome:
+def run(
+    instance: Instance,
+    *,
+    rng: np.random.Generator,
+    clock: Clock,
+    report: Report,
+    workers: int = 2,
+) -> Outcome:
     """Find a short route; see :func:`improve`.  Never proves anything."""
     form = instance.form
     try:
-        tour = improve(form, None, rng=rng, clock=clock, report=report)
+        tour = improve(form, None, rng=rng, clock=clock, report=report, workers=workers)
     except InfeasibleError as reason:
         return Outcome(None, infeasible=True, details={"reason": str(reason)})
     stopped = clock.reason(form.tour_cost(tour)) or StopReason.COMPLETED
@@ -59,6 +62,7 @@ def improve(
     clock: Clock,
     report: Report = silent,
     kicks: int | None = None,
+    workers: int = 2,
 ) -> list[int]:
     """A short tour over ``form``, never worse than the one given.
 
@@ -77,7 +81,9 @@ def improve(
         Receives the cost of each better tour.
     kicks : int, optional
         How many kicks to try; default: until the clock says stop, and without
-        any limit at most ``PATIENCE * size`` of them.
+        any limit ``PATIENCE * size`` of them.
+    workers : int
+        Threads to use; the answer does not depend on it.
 
     Returns
     -------
@@ -94,20 +100,20 @@ def improve(
         return _best_of_all(form)
     with clock.paused():
         warm_up()
-    ground = survey(form)
+    ground = survey(form, WIDTH if form.size <= LARGE else NARROW)
     if tour is None:
         order = starts.greedy(ground)
     else:
         number = np.empty(form.size, np.int32)
         number[ground.label] = np.arange(form.size)
         order = starts.with_forced(ground, number[np.asarray(tour, np.int64)])
-    search = _Search(ground, order, rng, clock, report)
+    search = Search(ground, order, rng, clock, report)
     search.descend()
     limit = clock.stop.iterations if kicks is None else kicks
     if limit is None and clock.stop.time is None:
         limit = PATIENCE * form.size
-    search.kick(limit)
-    return [int(v) for v in ground.label[search.tour.kept]]
+    search.kick(limit, workers)
+    return [int(v) for v in ground.label[search.best]]
 
 
 @cache
@@ -118,58 +124,9 @@ def warm_up() -> None:
     ground = survey(Instance(piece).form)
     rng, clock = np.random.default_rng(0), Clock(Stop())
     for order in (starts.greedy(ground), starts.with_forced(ground, starts.curve(ground))):
-        search = _Search(ground, order, rng, clock, silent)
+        search = Search(ground, order, rng, clock, silent)
         search.descend()
-        search.kick(1)
-
-
-class _Search:
-    """One tour under improvement."""
-
-    def __init__(
-        self,
-        ground: Ground,
-        order: np.ndarray,
-        rng: np.random.Generator,
-        clock: Clock,
-        report: Report,
-    ):
-        self.ground, self.clock, self.report = ground, clock, report
-        self.tour: Tour = new_tour(order)
-        self.work: Work = new_work(order.size, ground.near.shape[1])
-        self.random = rng.integers(1, 2**63, size=1, dtype=np.uint64)
-        self.cost = int(length(ground, self.tour.order))
-        self.tried = 0
-        self._tell("start")
-
-    def descend(self) -> None:
-        """Improve until no exchange helps, looking at the nodes in tour order."""
-        for v in self.tour.order.tolist():
-            push(self.work, v)
-        while self.work.state[SIZE] and self.clock.reason(self.cost) is None:
-            self.cost -= int(settle(self.ground, self.tour, self.work, 1_000))
-            keep(self.tour)
-        self._tell("descent")
-
-    def kick(self, limit: int | None) -> None:
-        """Try ``limit`` kicks, or as many as the clock allows."""
-        size, told = 10, self.cost
-        while self.clock.reason(self.cost, iterations=self.tried) is None:
-            size = size if limit is None else min(size, limit - self.tried)
-            if size <= 0:
-                break
-            before = self.clock.elapsed
-            args = (self.ground, self.tour, self.work, self.random)
-            self.cost -= int(kick_and_repair(*args, size, REACH))
-            self.tried += size
-            if self.cost < told:
-                self._tell("kicks")
-                told = self.cost
-            took = self.clock.elapsed - before
-            size = max(1, int(size * min(2.0, SLICE / max(took, 1e-6))))
-
-    def _tell(self, note: str) -> None:
-        self.report(Progress(self.clock.elapsed, self.cost, iteration=self.tried, note=note))
+        search.kick(8, 1)
 
 
 def respects(form: TourForm, tour: Sequence[int]) -> bool:

@@ -28,8 +28,11 @@ from tcp.travel import Ints
 DEPTH = 8
 """Most steps of a chain that the work space can hold."""
 
-BREADTH = (3, 2, 1, 1, 1, 1, 1, 1)
-"""How many continuations of each step are tried, best first."""
+BREADTH = (1, 1, 1, 1, 1, 1, 1, 1)
+"""How many continuations of each step are tried, best first, when speed counts."""
+
+THOROUGH = (1_000, 3, 2, 1, 1, 1, 1, 1)
+"""The same where nothing may be missed: every first step, hence every exchange of three."""
 
 STEP, ACROSS, AGAINST = 0, 1, 2
 
@@ -143,39 +146,46 @@ def improve_at(g: Any, t: Any, w: Any, t1: int) -> int:
 @compiled
 def _chain(g: Any, t: Any, w: Any, t1: int, t2: int, base: int, back: int) -> tuple[int, int]:
     """Depth-first search for a chain that gains; the level whose segments hold it, and its gain."""
-    w.segs[0, 0, 0], w.segs[0, 0, 1] = 0, t.order.size - 1
+    n = t.order.size
+    w.segs[0, 0, 0], w.segs[0, 0, 1] = 0, n - 1
     w.counts[0], w.ends[0], w.gains[0] = 1, t2, price(g, t1, t2)
     level = 0
-    gain = _continue(g, t, w, t1, base, back, 0)
-    if gain > 0:
-        return 1, gain
-    while level >= 0:
-        best = -1
-        if w.found[level, 1] < w.breadth[level] and level + 1 < w.state[STEPS]:
-            best = _best(w.moves[level], w.found[level, 0])
-        if best < 0:
-            level -= 1
-            continue
-        w.found[level, 1] += 1
-        _take(w, level, best)
+    while True:
+        gain, at = _continue(g, t, w, t1, base, back, level)
+        if gain == 0:
+            level, at = _next(w, level)
+            if at < 0:
+                return 0, np.int64(0)
+        _take(w, level, at)
         level += 1
-        gain = _continue(g, t, w, t1, base, back, level)
         if gain > 0:
-            return level + 1, gain
-    return 0, 0
+            if effort(n, w.segs[level], w.counts[level]) <= w.state[CAP]:
+                return level, gain
+            level, at = _next(w, level - 1)
+            if at < 0:
+                return 0, np.int64(0)
+            _take(w, level, at)
+            level += 1
 
 
-@compiled
-def _best(moves: Any, count: int) -> int:
-    """Continuation with the largest gain; it is struck off the list by the caller."""
-    best, most = -1, np.int64(0)
-    for k in range(count):
-        if moves[k, 4] > most:
-            best, most = k, moves[k, 4]
-    return best
+@inlined
+def _next(w: Any, level: int) -> tuple[int, int]:
+    """The deepest level that has a continuation left to try, and the one with the largest gain."""
+    best = -1
+    while level >= 0:
+        if w.found[level, 1] < w.breadth[level] and level + 1 < w.state[STEPS]:
+            moves, most = w.moves[level], np.int64(0)
+            for k in range(w.found[level, 0]):
+                if moves[k, 4] > most:
+                    best, most = k, moves[k, 4]
+            if best >= 0:
+                w.found[level, 1] += 1
+                break
+        level -= 1
+    return level, best
 
 
-@compiled
+@inlined
 def _take(w: Any, level: int, k: int) -> None:
     """Write the segments after continuation k of ``level`` to the next level; strike k off."""
     move, old, new = w.moves[level, k], w.segs[level], w.segs[level + 1]
@@ -205,9 +215,9 @@ def _take(w: Any, level: int, k: int) -> None:
     w.counts[level + 1] = 3
 
 
-@compiled
-def _continue(g: Any, t: Any, w: Any, t1: int, base: int, back: int, level: int) -> int:
-    """List the continuations at ``level``; if closing one gains, take the best and return that."""
+@inlined
+def _continue(g: Any, t: Any, w: Any, t1: int, base: int, back: int, level: int) -> tuple[int, int]:
+    """List the continuations at ``level``; the best gain of closing one, and which one it is."""
     end, gain, segs, count = w.ends[level], w.gains[level], w.segs[level], w.counts[level]
     w.found[level, 0] = w.found[level, 1] = 0
     near, dist = _partners(g, t, w, end, t1)
@@ -234,11 +244,7 @@ def _continue(g: Any, t: Any, w: Any, t1: int, base: int, back: int, level: int)
             closed, at = _alternatives(g, t, w, t1, base, back, q, c, rest)
             if closed > best:
                 best, best_at = closed, at
-    if best_at >= 0:
-        _take(w, level, best_at)
-        if effort(t.order.size, w.segs[level + 1], w.counts[level + 1]) > w.state[CAP]:
-            return 0
-    return best
+    return best, best_at
 
 
 @inlined
@@ -250,7 +256,7 @@ def _list(w: Any, level: int, kind: int, qc: int, qf: int, end: int, gain: int) 
     return at
 
 
-@compiled
+@inlined
 def _alternatives(
     g: Any, t: Any, w: Any, t1: int, base: int, back: int, q: int, c: int, rest: int
 ) -> tuple[int, int]:
@@ -283,7 +289,7 @@ def _alternatives(
     return best, best_at
 
 
-@compiled
+@inlined
 def _partners(g: Any, t: Any, w: Any, end: int, t1: int) -> tuple[Any, Any]:
     """Candidates of the free end and their costs."""
     if end != g.virtual:
