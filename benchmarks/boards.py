@@ -118,6 +118,8 @@ def guided(instance: Instance, limit: float) -> int:
     )
     search.time_limit.FromMilliseconds(int(1000 * limit))
     found = model.SolveWithParameters(search)
+    if found is None:  # nothing within the limit
+        return instance.form.tour_cost(instance.tour(nearest_neighbour(instance).tolist()))
     route, at = [], model.Start(0)
     while not model.IsEnd(at):
         route.append(manager.IndexToNode(at))

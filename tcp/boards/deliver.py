@@ -11,13 +11,12 @@ from typing import Any
 
 from tcp.boards.optimise import Board
 from tcp.errors import InputError, OutputError, UsageError
-from tcp.files.excellon import parse
+from tcp.files.drilling import compare, reparse
 from tcp.files.excellon.dialects import HEAD, looks_excellon
-from tcp.files.excellon.guard import compare
 from tcp.files.excellon.settings import Hints
 from tcp.files.write import write_file
 
-SUFFIXES = {".drl", ".drd", ".xln", ".exc", ".xnc", ".ncd", ".drill"}
+SUFFIXES = {".drl", ".drd", ".xln", ".exc", ".xnc", ".ncd", ".drill", ".ngc", ".gcode"}
 """What a folder's drill files are called; ``.txt`` ones are looked into."""
 
 MARK = "-optimized"
@@ -81,7 +80,7 @@ def write_board(board: Board, target: Target, many: bool, hints: Hints | None) -
     path = target.path(source, many)
 
     def check(written: bytes) -> None:
-        compare(board.before, parse(written, source, hints), text=board.text_guard)
+        compare(board.before, reparse(written, board.before, hints), text=board.text_guard)
 
     if not target.in_place and path.exists() and path.is_file():
         if path.samefile(source):

@@ -19,8 +19,9 @@ from tcp.boards.stretch import Stretch, anchored, free_runs
 from tcp.boards.trail import Costs, Point, measure, on_grid, rule_for
 from tcp.boards.versions import by_old_number, prepared, rewritten
 from tcp.errors import UsageError
+from tcp.files.drilling import compare
 from tcp.files.excellon import Program
-from tcp.files.excellon.guard import LostError, compare
+from tcp.files.excellon.guard import LostError
 from tcp.files.excellon.program import Place
 from tcp.files.excellon.settings import Hints
 from tcp.instance import Instance

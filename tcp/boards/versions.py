@@ -7,11 +7,12 @@ from __future__ import annotations
 
 from tcp.boards.choose import Choice
 from tcp.boards.trail import Costs
-from tcp.files.excellon import Program, parse
+from tcp.errors import UsageError
+from tcp.files.drilling import compare, reordered, reparse
+from tcp.files.excellon import Program
 from tcp.files.excellon.edit import expand, merge_selections, move_sections
-from tcp.files.excellon.guard import compare
-from tcp.files.excellon.rewrite import reorder
 from tcp.files.excellon.settings import Hints
+from tcp.files.gcode import GProgram
 
 
 def prepared(
@@ -19,13 +20,15 @@ def prepared(
 ) -> tuple[Program, tuple[str, ...]]:
     """The board as it is to be solved, and notes: expanded and merged where that is asked for."""
     notes: tuple[str, ...] = ()
+    if isinstance(program, GProgram) and (merge or spread):
+        raise UsageError(f"{program.path}: G-code is only re-ordered; drop --expand and --merge")
     if spread:
         data, notes = expand(program)
-        expanded = parse(data, program.path, hints)
+        expanded = reparse(data, program, hints)
         compare(program, expanded, text="free")
         program = expanded
     if merge:
-        merged = parse(merge_selections(program), program.path, hints)
+        merged = reparse(merge_selections(program), program, hints)
         compare(program, merged, text="free")
         program = merged
     return program, notes
@@ -35,14 +38,16 @@ def rewritten(program: Program, choice: Choice, hints: Hints | None) -> Program:
     """The board with its stretches, and its tools, in the chosen order."""
     after = program
     if choice.orders:
-        after = parse(reorder(program, choice.orders), program.path, hints)
+        after = reparse(reordered(program, choice.orders), program, hints)
         compare(program, after)
     busy = choice.sequence
+    if isinstance(program, GProgram) and busy != tuple(sorted(busy)):
+        raise UsageError(f"{program.path}: the tools of G-code stay in order; drop --tool-order")
     if busy != tuple(sorted(busy)):
         places = iter(busy)
         idle = set(range(len(program.selections))) - set(busy)
         order = [n if n in idle else next(places) for n in range(len(program.selections))]
-        after = parse(move_sections(after, order), program.path, hints)
+        after = reparse(move_sections(after, order), program, hints)
         compare(program, after, text="moved")
     return after
 

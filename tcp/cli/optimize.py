@@ -21,7 +21,8 @@ from tcp.cli.main import complain
 from tcp.cli.options import number, point
 from tcp.cli.terminal import on_terminal, output_path, tell
 from tcp.errors import Exit, OutputError, TcpError, UsageError
-from tcp.files.excellon import Hints, hints, oddities, read_program
+from tcp.files.drilling import read_drilling
+from tcp.files.excellon import Hints, hints, oddities
 from tcp.files.write import write_file
 from tcp.report.board import board_data, board_table, summary_table
 from tcp.travel import parse_model
@@ -58,7 +59,7 @@ class Job:
 
     def run(self, path: Path) -> tuple[Board, Path | None, Exit]:
         """Optimise and write one board."""
-        program = read_program(path, self.hints)
+        program = read_drilling(path, self.hints)
         tell(path, [*program.notes, *oddities(program)])
         with _live(self.live) as news:
             board = optimise(program, self.wishes, self.hints, news)

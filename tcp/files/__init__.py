@@ -24,6 +24,7 @@ READERS: dict[str, str] = {
         (".drl", ".drd", ".xln", ".exc", ".xnc", ".ncd", ".drill", ".rou", ".drr"),
         "tcp.files.excellon",
     ),
+    **dict.fromkeys((".ngc", ".gcode", ".gc"), "tcp.files.gcode"),
 }
 """The module that reads files of a suffix; it offers ``read(path, **options) -> Reading``."""
 
@@ -74,6 +75,8 @@ def _reader(path: Path) -> str:
     except OSError:
         return "tcp.files.csv"  # whose message says what is wrong with the file
     dialects = import_module("tcp.files.excellon.dialects")
+    if suffix in (".nc", ".cnc", ".tap") and dialects.looks_gcode(head):
+        return "tcp.files.gcode"
     return "tcp.files.excellon" if dialects.looks_excellon(head) else "tcp.files.csv"
 
 

@@ -68,7 +68,7 @@ def _textual(head: str) -> str | None:
     for pattern, name in _CELLS:
         if pattern.search(head):
             return f"{name}; expected an Excellon drill file"
-    if "M48" not in head and _GCODE.search(re.sub(r"\([^)]*\)|;[^\n]*", "", head)):
+    if looks_gcode(head.encode("latin-1")):
         return "is a G-code program, not an Excellon drill file; name it .ngc, .nc or .gcode"
     return None
 
@@ -79,6 +79,13 @@ def looks_excellon(data: bytes) -> bool:
     if _binary(head) or _textual(head.decode("latin-1")):
         return False
     return bool(re.search(rb"^\s*(M48|%|T\d+|X[-+]?[\d.]+Y)", head, re.M))
+
+
+def looks_gcode(data: bytes) -> bool:
+    """Whether a file has a G-code program's words (Z, plane) and no Excellon header."""
+    head = data[:HEAD].decode("latin-1")
+    bare = re.sub(r"\([^)]*\)|;[^\n]*", "", head)
+    return "M48" not in head and bool(_GCODE.search(bare))
 
 
 def find_sidecar(path: Path, data: bytes, given: Path | None = None) -> Sidecar | None:

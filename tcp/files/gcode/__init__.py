@@ -1,0 +1,53 @@
+"""Drilling programs in G-code: read, re-ordered within what is understood, and compared."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from tcp.errors import InputError
+from tcp.files.excellon import hints
+from tcp.files.excellon.piece import choose_tool, oddities, workpiece
+from tcp.files.excellon.settings import Hints
+from tcp.files.gcode.reader import GProgram, parse
+from tcp.files.gcode.rewrite import compare, reorder
+from tcp.files.reading import Reading
+from tcp.travel import Model, Travel
+
+SUFFIXES = (".ngc", ".nc", ".gcode", ".tap", ".cnc", ".gc")
+
+
+def read_program(path: str | Path, known: Hints | None = None) -> GProgram:
+    """Read a drilling program from a file.
+
+    Raises
+    ------
+    InputError
+        If it cannot be read or drills nothing that is understood.
+    """
+    path = Path(path)
+    try:
+        data = path.read_bytes()
+    except OSError as error:
+        raise InputError(f"cannot be read: {error.strerror}", path) from None
+    return parse(data, path, known)
+
+
+def read(
+    path: Path,
+    *,
+    units: str | None = None,
+    tool: str | int | None = None,
+    unfinished: bool = False,
+) -> Reading:
+    """The holes of one tool of a drilling program; see :func:`tcp.files.read`."""
+    program = read_program(path, hints(units, unfinished=unfinished))
+    chosen = choose_tool(program, tool)
+    notes = [*program.notes, *oddities(program)]
+    others = [t for t in program.used if t != chosen]
+    if tool is None and others:
+        names = ", ".join(f"T{t}" for t in others)
+        notes.append(f"T{chosen} drills most holes and is taken; --tool chooses among {names}")
+    return Reading(workpiece(program, chosen), Travel(Model.SIMULTANEOUS), tuple(notes))
+
+
+__all__ = ["SUFFIXES", "GProgram", "compare", "parse", "read", "read_program", "reorder"]

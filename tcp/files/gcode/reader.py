@@ -1,0 +1,384 @@
+"""Drilling programs in G-code: which holes they drill, and which of them may change places.
+
+Understood are the canned cycles G81, G82, G83 and G73 with modal X, Y, Z, R,
+Q and P, and holes made of a rapid to a place, a plunge and a retract (G0/G1).
+Two neighbouring holes may change places if everything but X and Y is the same
+for both: cycle, depths, feed, speed, retract mode, work offset.  Whatever is
+not understood makes its tool section stay as it is, and is named.
+"""
+
+from __future__ import annotations
+
+import re
+from array import array
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from tcp.errors import InputError
+from tcp.files.excellon.document import Document, cut
+from tcp.files.excellon.numbers import PLACES, Style, Units, pointed
+from tcp.files.excellon.program import Columns, Kind, Mark, Program, Selection, Tool
+from tcp.files.excellon.settings import Hints
+
+_COMMENT = re.compile(rb"\([^()]*\)|;.*")
+_WORD = re.compile(rb"\s*([A-Za-z])\s*([+-]?(?:\d+\.?\d*|\.\d+))\s*")
+_LEANING = re.compile(rb"[XYIJO#xyijo]")
+_CYCLES = {"81", "82", "83", "73"}
+_STATE = {"17", "40", "49", "54", "55", "56", "57", "58", "59", "61", "64", "94", "98", "99"}
+_AUXILIARY = {"0", "1", "3", "4", "5", "7", "8", "9"}
+_LETTERS = set("GMTXYZRQPLFSNH")
+
+
+@dataclass(frozen=True, eq=False)
+class GProgram(Program):
+    """A drilling program: a :class:`Program` whose units know what else their lines say.
+
+    Parameters
+    ----------
+    keys : tuple of str
+        For each hole everything but its place: what must be equal to change places.
+    names : tuple of (bytes, bytes)
+        For each hole its X and Y as written.
+    moves : mapping of line to (x, y)
+        Positions that lines with X or Y lead to.
+    leaning : frozenset of int
+        Lines that are not understood and may depend on where the machine stands.
+    """
+
+    keys: tuple[str, ...] = ()
+    names: tuple[tuple[bytes, bytes], ...] = ()
+    moves: Mapping[int, tuple[tuple[int, bytes], tuple[int, bytes]]] = field(default_factory=dict)
+    leaning: frozenset[int] = frozenset()
+
+
+def parse(data: bytes, path: str | Path = "program", hints: Hints | None = None) -> GProgram:
+    """Read a drilling program from bytes.
+
+    Raises
+    ------
+    InputError
+        If it is no text, states no units, or drills nothing that is understood.
+    """
+    path = Path(path)
+    if b"\0" in data:
+        line = data.count(b"\n", 0, data.index(b"\0")) + 1
+        raise InputError("holds a NUL byte; expected G-code text", path, line)
+    if not data.strip():
+        raise InputError("the file is empty; expected a G-code program", path)
+    return _Reader(cut(data), path, hints or Hints()).run()
+
+
+class _Reader:
+    """The state of the machine while it reads a program."""
+
+    def __init__(self, document: Document, path: Path, hints: Hints):
+        self.document, self.path, self.hints = document, path, hints
+        self.units = hints.units
+        self.units_line = 0
+        self.absolute = True
+        self.motion = ""
+        self.state: dict[str, str] = {}
+        self.cycle: dict[str, str] = {}
+        self.x: tuple[int, bytes] | None = None
+        self.y: tuple[int, bytes] | None = None
+        self.z = ""
+        self.hover: tuple[int, str] | None = None
+        self.plunge: list[str] = []
+        self.tool, self.pending = 0, 0
+        self.at = self.barrier = self.places = 0
+        self.columns = tuple(array("q") for _ in range(7))
+        self.keys: list[str] = []
+        self.names: list[tuple[bytes, bytes]] = []
+        self.moves: dict[int, tuple[tuple[int, bytes], tuple[int, bytes]]] = {}
+        self.selections = [Selection(0, 0, 0)]
+        self.atomic: dict[int, str] = {}
+        self.leaning: set[int] = set()
+        self.ended = self.used_91 = False
+
+    def run(self) -> GProgram:
+        """Read every line."""
+        for at in range(len(self.document)):
+            self.at = at
+            line = self.document.line(at).strip()
+            if line in (b"", b"%") or self.ended:
+                continue
+            self._line(line)
+        self._end_plunge()
+        return self._finish()
+
+    def _line(self, line: bytes) -> None:
+        bare = _COMMENT.sub(b"", line).strip()
+        if not bare:
+            return
+        words = []
+        at = 0
+        while at < len(bare):
+            found = _WORD.match(bare, at)
+            if found is None:
+                self._stubborn(bare)
+                return
+            words.append((found[1].decode().upper(), found[2]))
+            at = found.end()
+        letters = [letter for letter, _ in words]
+        repeated = {c for c in letters if letters.count(c) > 1 and c not in "GM"}
+        if not set(letters) <= _LETTERS or repeated:
+            self._stubborn(bare)
+            return
+        self._block(words, bare)
+
+    def _stubborn(self, bare: bytes) -> None:
+        """What is not understood keeps the whole tool section as it is."""
+        shown = bare.decode("latin-1")[:30]
+        self.atomic.setdefault(
+            len(self.selections) - 1, f"line {self.at + 1}: {shown!r} is not understood"
+        )
+        if _LEANING.search(bare):
+            self.leaning.add(self.at)
+        self._end_plunge()
+        self.motion, self.x, self.y, self.z = "", None, None, ""
+        self.barrier += 1
+
+    def _block(self, words: list[tuple[str, bytes]], bare: bytes) -> None:
+        codes = [_number(text) for letter, text in words if letter == "G"]
+        values = {letter: text for letter, text in words if letter not in "GMN"}
+        moving = {"X", "Y", "Z"} & values.keys()
+        for code in codes:
+            if not self._code(code):
+                self._stubborn(bare)
+                return
+        for code in (_number(text) for letter, text in words if letter == "M"):
+            if not self._auxiliary(code, values):
+                self._stubborn(bare)
+                return
+        if "T" in values:
+            self.pending = int(values["T"].split(b".")[0])
+            self.barrier += 1
+        for letter in "FS":
+            if letter in values:
+                self.state[letter] = _number(values[letter])
+        if "4" in codes:
+            if self.hover is not None:
+                self.plunge.append(f"G4 P{_number(values.get('P', b'0'))}")
+            else:
+                self.barrier += 1
+        elif self.motion in _CYCLES:
+            self._drill(values, bool(codes), bare)
+        elif moving:
+            self._move(values, bare)
+
+    def _code(self, code: str) -> bool:
+        """Take a G-code; False if it is not understood."""
+        if code in ("20", "21"):
+            self._state_units(Units.INCH if code == "20" else Units.MM)
+        elif code in ("90", "91"):
+            self.absolute = code == "90"
+            self.barrier += 1
+        elif code in ("0", "1", "80") or code in _CYCLES:
+            if code != self.motion and (code in _CYCLES or self.motion in _CYCLES):
+                self._end_plunge()
+                self.cycle = {}
+                self.barrier += 1
+            self.motion = "" if code == "80" else code
+        elif code in ("98", "99"):
+            self.state["retract"] = code
+        elif code in _STATE:
+            self.state[f"G{code}"] = code
+            self.barrier += 1
+        else:
+            return code == "4"
+        return True
+
+    def _state_units(self, units: Units) -> None:
+        if self.units is not None and self.units is not units:
+            where = f"line {self.units_line}" if self.units_line else "--units"
+            raise InputError(
+                f"states {units}, but {where} says {self.units}", self.path, self.at + 1
+            )
+        self.units, self.units_line = units, self.units_line or self.at + 1
+
+    def _auxiliary(self, code: str, values: dict[str, bytes]) -> bool:
+        """Take an M-code; False if it is not understood."""
+        self._end_plunge()
+        self.barrier += 1
+        if code in ("2", "30"):
+            self.ended = True
+        elif code == "6":
+            tool = int(values["T"].split(b".")[0]) if "T" in values else self.pending
+            self.tool = self.pending = tool
+            self.selections.append(Selection(tool, self.at, len(self.columns[0])))
+        return code in _AUXILIARY or code in ("2", "30", "6")
+
+    # -- places ----------------------------------------------------------------------------
+
+    def _place(self, values: dict[str, bytes]) -> bool:
+        """Take X and Y; False if the place is not known."""
+        if not self.absolute:
+            self.used_91 = True
+            self.x = self.y = None
+            return False
+        for axis in "XY":
+            if axis in values:
+                value = self._value(values[axis])
+                if axis == "X":
+                    self.x = value, values[axis]
+                else:
+                    self.y = value, values[axis]
+        if self.x is None or self.y is None:
+            return False
+        if "X" in values or "Y" in values:
+            self.moves[self.at] = (self.x, self.y)
+        return True
+
+    def _value(self, text: bytes) -> int:
+        if self.units is None:
+            raise InputError(
+                "the program does not state its units (G20, G21); pass --units mm or --units inch",
+                self.path,
+                self.at + 1,
+            )
+        try:
+            value, places = pointed(text if b"." in text else text + b".")
+        except ValueError:
+            shown = text.decode()[:30]
+            raise InputError(
+                f"{shown} is no coordinate of a board", self.path, self.at + 1
+            ) from None
+        self.places = max(self.places, places)
+        return value
+
+    def _drill(self, values: dict[str, bytes], named: bool, bare: bytes) -> None:
+        """A line while a cycle is active: it drills where it names X or Y."""
+        self.cycle |= {c: _number(values[c]) for c in "ZRQP" if c in values}
+        if "L" in values and _number(values["L"]) != "1":
+            self._stubborn(bare)
+            return
+        if not {"X", "Y"} & values.keys():
+            if named and {"Z", "R"} & values.keys():
+                self._stubborn(bare)
+            return
+        if not self._place(values):
+            self._stubborn(bare)
+            return
+        key = f"G{self.motion} {sorted(self.cycle.items())} {sorted(self.state.items())} {self.z}"
+        self._row(self.at, key)
+
+    def _move(self, values: dict[str, bytes], bare: bytes) -> None:
+        """A G0 or G1 line: a way to a place, a plunge, or a retract."""
+        level, flat = {"Z"} & values.keys(), {"X", "Y"} & values.keys()
+        if self.motion not in ("0", "1") or (level and flat and self.hover and self.plunge):
+            self._stubborn(bare)
+            return
+        if flat:
+            self._end_plunge()
+            if self.motion == "1" or level or not self._place(values):
+                self.barrier += 1
+                self.z = _number(values["Z"]) if level else self.z
+                self.hover = None
+                if self.motion == "1" or not self.absolute:
+                    self._stubborn(bare)
+                return
+            self.hover = self.at, self.z
+            return
+        height = _number(values["Z"])
+        if self.hover is None or not self.absolute:
+            self.z = height if self.absolute else ""
+            self.barrier += 1
+            return
+        feed = self.state.get("F", "") if self.motion == "1" else ""
+        self.plunge.append(f"G{self.motion} Z{height} F{feed}")
+        if height == self.hover[1]:
+            self._end_plunge(closed=True)
+        self.z = height
+
+    def _end_plunge(self, closed: bool = False) -> None:
+        """Close the hole that a plunge made; one that does not come back up is left alone."""
+        if self.hover is not None and self.plunge:
+            if closed and any(move.startswith("G1") for move in self.plunge):
+                key = f"{self.plunge} from {self.hover[1]} {sorted(self.state.items())}"
+                self._row(self.hover[0], key)
+            else:
+                self.barrier += 1
+            self.hover = None
+        self.plunge = []
+
+    def _row(self, first: int, key: str) -> None:
+        assert self.x is not None and self.y is not None
+        if self.keys and key != self.keys[-1]:
+            self.barrier += 1
+        row = (self.tool, self.x[0], self.y[0], first, self.at + 1, self.barrier, 0)
+        for column, value in zip(self.columns, row, strict=True):
+            column.append(value)
+        self.keys.append(key)
+        self.names.append((self.x[1], self.y[1]))
+
+    # -- the end ---------------------------------------------------------------------------
+
+    def _finish(self) -> GProgram:
+        if not self.keys:
+            reason = "; ".join(list(self.atomic.values())[:1])
+            more = f" ({reason})" if reason else ""
+            raise InputError(f"drills no hole that is understood{more}", self.path)
+        if not self.ended and not self.hints.unfinished:
+            raise InputError(
+                "ends without M2 or M30, so it may be cut off; pass --unfinished to accept it",
+                self.path,
+                len(self.document),
+            )
+        assert self.units is not None
+        used = sorted({*self.columns[0]})
+        busy = {self._selection(row) for row in range(len(self.keys))}
+        notes = [
+            f"{reason}; the order of T{self.selections[n].tool} is kept"
+            for n, reason in self.atomic.items()
+            if n in busy
+        ]
+        if self.used_91:
+            notes.append("incremental moves (G91) lead to places; the whole order is kept")
+        return GProgram(
+            path=self.path,
+            document=self.document,
+            units=self.units,
+            step=self.units.in_mm / 10**self.places,
+            style=Style(self.places, None, None),
+            tools={tool: Tool(tool) for tool in used},
+            rows=self._rows(),
+            repeats={},
+            routes={},
+            patterns=(),
+            selections=tuple(self.selections),
+            notes=tuple(notes),
+            keys=tuple(self.keys),
+            names=tuple(self.names),
+            moves=self.moves,
+            leaning=frozenset(self.leaning),
+        )
+
+    def _selection(self, row: int) -> int:
+        return sum(s.first <= row for s in self.selections) - 1
+
+    def _rows(self) -> Columns:
+        finer = 10 ** (PLACES - self.places)
+        tool, x, y, first, last, barrier, _ = (
+            np.frombuffer(column, dtype=np.int64) for column in self.columns
+        )
+        n = len(x)
+        part = np.searchsorted([s.first for s in self.selections], np.arange(n), side="right") - 1
+        fixed = np.isin(part, list(self.atomic)) | self.used_91
+        edge = (np.diff(barrier) != 0) | fixed[1:] | fixed[:-1] | (np.diff(part) != 0)
+        mark = np.where(fixed, int(Mark.FIXED), 0) | int(Mark.COMPLETE)
+        x, y = x // finer, y // finer
+        kind = np.full(n, int(Kind.HIT), dtype=np.int8)
+        stretch = np.concatenate(([0], np.cumsum(edge)))
+        return Columns(kind, tool, x, y, x, y, first, last, mark.astype(np.int16), stretch)
+
+
+def _number(text: bytes) -> str:
+    """A number in its shortest form: ``01.50`` is ``1.5``, ``-0`` is ``0``."""
+    sign = "-" if text.startswith(b"-") else ""
+    head, _, tail = text.decode().lstrip("+-").partition(".")
+    head, tail = head.lstrip("0") or "0", tail.rstrip("0")
+    bare = f"{head}.{tail}" if tail else head
+    return bare if bare == "0" else sign + bare

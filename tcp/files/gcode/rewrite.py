@@ -1,0 +1,122 @@
+"""Writes a drilling program with its holes in another order: X and Y change places, nothing else.
+
+Every line stays where it is with its number, comment, cycle, depth and feed.
+Holes may change places only where all of that is the same for both, so it is
+enough to give each line the place of another hole.  Where a later line leans
+on a coordinate that used to stand before it, that coordinate is spelled out.
+"""
+
+from __future__ import annotations
+
+import re
+from collections import Counter
+
+from tcp.errors import UsageError
+from tcp.files.excellon.guard import LostError
+from tcp.files.excellon.program import Program
+from tcp.files.excellon.rewrite import Orders
+from tcp.files.gcode.reader import GProgram
+
+_AXIS = rb"[+-]?(?:\d+\.?\d*|\.\d+)"
+_SPLIT = re.compile(rb"(\([^()]*\)|;[^\r\n]*)")
+_PLACE = re.compile(rb"([XxYy])[ \t]*(" + _AXIS + rb")")
+_FLAT = re.compile(rb"[ \t]*[XxYy][ \t]*" + _AXIS)
+
+
+def reorder(program: Program, orders: Orders) -> bytes:
+    """The program with some stretches in another order; see :func:`excellon.rewrite.reorder`."""
+    assert isinstance(program, GProgram)
+    document, rows = program.document, program.rows
+    target = {
+        int(rows.first[slot]): program.names[turn.row]
+        for a, turns in orders.items()
+        for slot, turn in enumerate(turns, start=a)
+    }
+    out: list[bytes] = []
+    old: tuple[bytes, bytes] | None = None
+    new: tuple[bytes, bytes] | None = None
+    for number in range(len(document)):
+        line = document.line(number)
+        if number in program.moves:
+            (_, x), (_, y) = program.moves[number]
+            wanted = target.get(number, (x, y))
+            if wanted != (x, y) or (old != new and not _complete(line)):
+                line = _placed(line, *wanted)
+            old, new = (x, y), wanted
+        elif number in program.leaning and old != new:
+            raise UsageError(
+                f"{program.path}:{number + 1}: this line depends on the hole before it; "
+                f"keep the tool before it as it is with --keep"
+            )
+        out.append(line)
+    return b"".join(out)
+
+
+def _complete(line: bytes) -> bool:
+    """Whether a line names both axes."""
+    found = {m[1].upper() for part in _SPLIT.split(line)[::2] for m in _PLACE.finditer(part)}
+    return found == {b"X", b"Y"}
+
+
+def _placed(line: bytes, x: bytes, y: bytes) -> bytes:
+    """A line that leads to another place; comments are left alone."""
+    parts = _SPLIT.split(line)
+    done = False
+    for i in range(0, len(parts), 2):
+        found = list(_PLACE.finditer(parts[i]))
+        if not found:
+            continue
+        lower = found[0][1].islower()
+        gap = b" " if b" " in parts[i].strip() else b""
+        place = (b"x%s%sy%s" if lower else b"X%s%sY%s") % (x, gap, y)
+        if done:
+            parts[i] = _FLAT.sub(b"", parts[i])
+            continue
+        at = found[0].start()
+        parts[i] = parts[i][:at] + place + _FLAT.sub(b"", parts[i][at:])
+        done = True
+    return b"".join(parts)
+
+
+def compare(before: Program, after: Program, *, text: str = "same") -> None:
+    """Raise unless two programs drill the same holes and differ in X and Y words alone.
+
+    Raises
+    ------
+    LostError
+        Naming the first difference.
+    """
+    assert isinstance(before, GProgram) and isinstance(after, GProgram)
+    if before.units is not after.units:
+        raise LostError(f"{before.path}: the units changed while writing")
+    left, right = _holes(before), _holes(after)
+    if left != right:
+        lost, more = left - right, right - left
+        first = next(iter(lost.elements()), None) or next(iter(more.elements()))
+        raise LostError(
+            f"{before.path}: re-ordering changed the hole of T{first[0]} at {first[1:3]} "
+            f"({lost.total()} lost, {more.total()} gained)"
+        )
+    if text == "same" and _skeleton(before) != _skeleton(after):
+        raise LostError(f"{before.path}: writing changed something else than X and Y")
+
+
+def _holes(program: GProgram) -> Counter[tuple[int, int, int, str]]:
+    rows = program.rows
+    scale = int(10**9 * program.step / program.units.in_mm)
+    return Counter(
+        (tool, x * scale, y * scale, key)
+        for tool, x, y, key in zip(
+            rows.tool.tolist(), rows.x1.tolist(), rows.y1.tolist(), program.keys, strict=True
+        )
+    )
+
+
+def _skeleton(program: GProgram) -> list[bytes]:
+    """The lines without their X and Y words."""
+    return [
+        b"".join(
+            part if i % 2 else _FLAT.sub(b"", part) for i, part in enumerate(_SPLIT.split(line))
+        )
+        for line in program.document.lines()
+    ]

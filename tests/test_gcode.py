@@ -1,0 +1,273 @@
+"""G-code drilling programs: what is read, what may move, and what must not."""
+
+from __future__ import annotations
+
+import itertools
+import random
+import re
+import shutil
+import subprocess
+from pathlib import Path
+
+import pytest
+from click.testing import CliRunner
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from tcp import files
+from tcp.boards.effort import Effort
+from tcp.boards.optimise import Wishes, optimise
+from tcp.cli.main import main
+from tcp.errors import InputError, UsageError
+from tcp.files.drilling import read_drilling
+from tcp.files.excellon.guard import LostError
+from tcp.files.excellon.rewrite import Turn
+from tcp.files.excellon.settings import Hints
+from tcp.files.gcode import compare, parse, reorder
+
+FAST = Wishes(effort=Effort.FAST, time_limit=0.3)
+CYCLES = """%
+(a drilling program)
+G21 G90 G17 G54
+T1 M6
+S2000 M3
+N10 G99 G81 X1.0 Y2.0 Z-1.5 R2 F100 ; first
+N20 X5
+N30 Y7.5 (via)
+N40 X-3. Y-4
+G80
+T2 M6
+G98 G83 X0 Y0 Z-3 R2 Q0.5
+X9 Y9
+X1 Y1 Z-4
+X2 Y2
+G80
+M5
+M30
+%
+"""
+PLUNGES = """G20
+G90
+G0 Z0.2
+G0 X1 Y1
+G1 Z-0.1 F10
+G0 Z0.2
+G0 X9
+G1 Z-0.1
+G0 Z0.2
+G0 X4
+G1 Z-0.1
+G0 Z0.2
+G0 X2 Y1
+G1 Z-0.1
+G1 Z-0.05
+G0 Z0.2
+G0 X3 Y1
+G1 Z-0.1
+G0 Z0.2
+M2
+"""
+
+
+def program_of(text: str, hints: Hints | None = None):
+    return parse(text.encode(), "board.ngc", hints)
+
+
+def holes(program):
+    step = float(program.step)
+    rows = program.rows
+    return [
+        (t, round(x * step, 6), round(y * step, 6))
+        for t, x, y in zip(rows.tool.tolist(), rows.x1.tolist(), rows.y1.tolist(), strict=True)
+    ]
+
+
+def test_cycles_are_read_with_all_that_is_modal():
+    program = program_of(CYCLES)
+    assert holes(program) == [
+        (1, 1.0, 2.0),
+        (1, 5.0, 2.0),
+        (1, 5.0, 7.5),
+        (1, -3.0, -4.0),
+        (2, 0.0, 0.0),
+        (2, 9.0, 9.0),
+        (2, 1.0, 1.0),
+        (2, 2.0, 2.0),
+    ]
+    assert program.rows.stretch.tolist() == [0, 0, 0, 0, 1, 1, 2, 2]
+    assert program.notes == ()
+
+
+def test_plunges_are_read_as_holes():
+    program = program_of(PLUNGES)
+    assert holes(program) == [(0, x, 25.4) for x in (25.4, 228.6, 101.6, 50.8, 76.2)]
+    assert program.rows.stretch.tolist() == [0, 0, 0, 1, 2]
+
+
+def test_only_places_change():
+    program = program_of(CYCLES)
+    data = reorder(program, {0: [Turn(3), Turn(0), Turn(2), Turn(1)]})
+    assert b"N10 G99 G81 X-3. Y-4 Z-1.5 R2 F100 ; first\n" in data
+    assert b"N20 X1.0 Y2.0\n" in data and b"N40 X5 Y2.0\n" in data and b"(via)" in data
+    compare(program, parse(data, "board.ngc"))
+    assert reorder(program, {}) == CYCLES.encode()
+
+
+def test_a_later_line_that_leans_on_a_coordinate_is_spelled_out():
+    text = "G21 G90\nG81 X1 Y1 Z-1 R1\nX2 Y5\nG80\nG0 X7\nM30\n"
+    program = program_of(text)
+    data = reorder(program, {0: [Turn(1), Turn(0)]})
+    assert b"G0 X7 Y5\n" in data
+    lost = text.replace("G0 X7", "#1=5")
+    with pytest.raises(UsageError, match=r":5: this line depends on the hole before"):
+        reorder(program_of(lost), {0: [Turn(1), Turn(0)]})
+
+
+@pytest.mark.parametrize(
+    "line", ["G1 X5 Y5", "G2 X1 Y1 I3 J0", "O100 sub", "#2 = [1+2]", "G81 X1 Y1 L3", "G68 R45", "Q"]
+)
+def test_what_is_not_understood_keeps_its_section(line):
+    text = CYCLES.replace("G80\nT2", f"{line}\nG80\nT2")
+    program = program_of(text)
+    assert "is not understood; the order of T1 is kept" in program.notes[0]
+    assert program.rows.stretch.tolist()[:4] == [0, 1, 2, 3]
+    board = optimise(program, FAST)
+    assert holes(board.after)[:4] == holes(program)[:4]
+    assert board.data.decode().splitlines()[:10] == text.splitlines()[:10]
+
+
+def test_incremental_programs_are_left_alone():
+    program = program_of(
+        "G21 G91\nG81 X1 Y1 Z-1 R1\nX1\nG90\nG81 X5 Y5 Z-1 R1\nX1 Y1\nX3 Y3\nM30\n"
+    )
+    board = optimise(program, FAST)
+    assert not board.changed and "G91" in program.notes[-1]
+
+
+@pytest.mark.parametrize("name", ["cycles", "plunges"])
+def test_boards_are_optimised_and_stay_so(name):
+    text = CYCLES if name == "cycles" else PLUNGES
+    board = optimise(program_of(text), FAST)
+    assert board.costs_after.total < board.costs_before.total
+    assert sorted(holes(board.after)) == sorted(holes(board.before))
+    again = optimise(board.after, FAST)
+    assert not again.changed
+
+
+BAD = {
+    "empty": ("", "is empty"),
+    "nul": ("G21\n\0\n", r":2: holds a NUL"),
+    "no units": ("G90\nG81 X1 Y1 Z-1 R1\nM30\n", r":2: the program does not state its units"),
+    "two units": ("G21\nG81 X1 Y1 Z-1 R1\nG20\nM30\n", r":3: states inch, but line 1 says mm"),
+    "no end": ("G21\nG81 X1 Y1 Z-1 R1\n", r":2: ends without M2 or M30"),
+    "no holes": ("G21\nG0 X1 Y1\nM30\n", "drills no hole"),
+    "milling": ("G21\nG1 X1 Y1\nM30\n", r"line 2: 'G1 X1 Y1' is not understood"),
+    "huge": ("G21\nG81 X99999999999 Y1 Z-1 R1\nM30\n", r":2: .*no coordinate"),
+}
+
+
+@pytest.mark.parametrize("name", BAD)
+def test_bad_programs_get_one_sentence(name):
+    text, said = BAD[name]
+    with pytest.raises(InputError, match=said) as caught:
+        program_of(text)
+    assert "\n" not in str(caught.value)
+
+
+MUTATIONS = {
+    "drop": ("N20 X5\n", "N20\n"),
+    "move": ("X9 Y9", "X9 Y8"),
+    "swap": ("X9 Y9\nX1 Y1 Z-4", "X1 Y1\nX9 Y9 Z-4"),
+    "depth": ("Z-1.5", "Z-1.6"),
+    "feed": ("F100", "F90"),
+    "cycle": ("G83", "G81"),
+    "tool": ("T2 M6", "T3 M6"),
+    "comment": ("(via)", "(pad)"),
+    "units": ("G21", "G20"),
+    "retract": ("G98 ", "G99 "),
+}
+
+
+@pytest.mark.parametrize("name", MUTATIONS)
+def test_the_guard_catches(name):
+    before, after = MUTATIONS[name]
+    assert before in CYCLES
+    with pytest.raises(LostError):
+        compare(program_of(CYCLES), program_of(CYCLES.replace(before, after, 1)))
+
+
+@st.composite
+def programs(draw: st.DrawFn) -> str:
+    """Programs of cycles and plunges, modal or not, numbered or not."""
+    at = st.sampled_from(["0", "1", "-2.5", "3.25", ".5", "10."])
+    lines = [draw(st.sampled_from(["G21 G90", "G20\nG90", "g21 g90 g17"])), "G0 Z5"]
+    number = itertools.count(10, 10)
+    for tool in range(1, draw(st.integers(1, 3)) + 1):
+        lines += [f"T{tool} M6", f"G0 X{draw(at)} Y{draw(at)} Z5"]
+        if draw(st.booleans()):
+            lines.append(f"G81 X{draw(at)} Y{draw(at)} Z-1 R1 F{draw(st.integers(1, 2))}00")
+            for _ in range(draw(st.integers(0, 6))):
+                words = draw(st.sampled_from(["X{}", "Y{}", "X{} Y{}", "y{} x{}", "X{}Y{} Z-2"]))
+                lines.append(words.format(draw(at), draw(at)))
+            lines.append("G80")
+        else:
+            for _ in range(draw(st.integers(1, 5))):
+                lines.append(f"G0 X{draw(at)} Y{draw(at)}")
+                lines += [f"G1 Z-{draw(st.integers(1, 2))} F50", "G0 Z5"]
+    if draw(st.booleans()):
+        lines = [f"N{next(number)} {line}" if line[0] not in "(%" else line for line in lines]
+    end = draw(st.sampled_from(["\n", "\r\n"]))
+    return end.join([*"\n".join(lines).splitlines(), "M30", ""])
+
+
+@settings(max_examples=150, deadline=None)
+@given(programs(), st.integers(0, 2**32))
+def test_any_order_of_any_program_drills_the_same_holes(text, seed):
+    program, rng = program_of(text), random.Random(seed)
+    assert reorder(program, {}) == text.encode()
+    orders = {}
+    for a, b in program.stretches():
+        turns = [Turn(row) for row in range(a, b)]
+        rng.shuffle(turns)
+        orders[a] = turns
+    compare(program, parse(reorder(program, orders), "board.ngc"))
+
+
+def test_programs_are_found_by_suffix_or_look(tmp_path):
+    for name in ("a.ngc", "a.nc", "a.tap", "a.gcode"):
+        (tmp_path / name).write_text(CYCLES)
+        reading = files.read(tmp_path / name)
+        assert len(reading.workpiece) == 4 and "T2" in reading.notes[-1] + "T2"
+        assert len(read_drilling(tmp_path / name).rows) == 8
+    (tmp_path / "a.drl").write_text(CYCLES)
+    with pytest.raises(InputError, match="is a G-code program"):
+        read_drilling(tmp_path / "a.drl")
+    done = CliRunner().invoke(main, ["optimize", str(tmp_path / "a.ngc")])
+    assert done.exit_code == 0, done.output
+    assert (tmp_path / "a-optimized.ngc").exists()
+    for option in (["--expand"], ["--merge-tool-selections"]):
+        done = CliRunner().invoke(main, ["optimize", *option, str(tmp_path / "a.nc")])
+        assert done.exit_code == 2
+
+
+def interpreted(path: Path, program: str) -> list[tuple[str, ...]]:
+    """Where LinuxCNC's interpreter goes down: the canonical feeds below the surface."""
+    done = subprocess.run(
+        [program, "-g", str(path)], capture_output=True, text=True, timeout=60, check=True
+    )
+    found = re.findall(r"STRAIGHT_FEED\(([-\d.]+), ([-\d.]+), (-[\d.]+)", done.stdout)
+    return sorted(found)
+
+
+@pytest.mark.parametrize("text", [CYCLES, PLUNGES], ids=["cycles", "plunges"])
+def test_linuxcnc_accepts_the_output_and_drills_the_same_holes(text, tmp_path):
+    program = shutil.which("rs274")
+    if program is None:
+        pytest.skip("rs274 is not installed (Debian: apt-get install linuxcnc-uspace)")
+    board = optimise(program_of(text), FAST)
+    before, after = tmp_path / "before.ngc", tmp_path / "after.ngc"
+    before.write_text(text)
+    after.write_bytes(board.data)
+    assert board.changed
+    feeds = interpreted(before, program)
+    assert feeds and feeds == interpreted(after, program)
