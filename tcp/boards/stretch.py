@@ -145,7 +145,8 @@ def free_runs(program: Program, locked: frozenset[int], first: int) -> list[tupl
         begin = max(a, first)
         if begin >= b or program.selection_of(a) in locked:
             continue
-        if not program.rows.mark[a] & Mark.FIXED:
+        marks = program.rows.mark[begin:b]
+        if not marks[0] & Mark.FIXED and (b - begin > 1 or marks[0] & Mark.FREE):
             found.append((begin, b))
     return found
 
@@ -156,14 +157,14 @@ def anchored(
     """The stretch of a run, tied to what stands next to it under the same tool.
 
     ``ends`` maps the last row of each run before this one to the place where
-    its new order ends.
+    its new order ends.  A run that follows is taken to begin where it does now.
     """
     rows, (a, b) = program.rows, run
     before = after = None
     if a and _same_path(program, a - 1, a):
         before = ends.get(a - 1, (int(rows.x2[a - 1]), int(rows.y2[a - 1])))
     movable = b in {begin for begin, _ in runs}
-    if b < len(rows) and _same_path(program, b - 1, b) and not movable:
+    if b < len(rows) and _same_path(program, b - 1, b):
         after = int(rows.x1[b]), int(rows.y1[b])
     chained = (a - 1) in ends and before is not None
     chained = chained or (movable and _same_path(program, b - 1, b))
