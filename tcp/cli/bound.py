@@ -90,13 +90,20 @@ def bounded(
 
 
 def _one_tree(instance: Instance, proof: Path | None, clock: Clock, iterations: int | None) -> int:
-    from tcp.bounds.evidence import bound_certificate
     from tcp.bounds.one_tree import one_tree_bound
-    from tcp.files.certificate import write
 
     found = one_tree_bound(instance, iterations=iterations, clock=clock)
     if proof is not None:
-        write(bound_certificate(instance, found), proof)
+        from tcp.bounds.evidence import bound_certificate
+        from tcp.files.certificate import write
+        from tcp.validate.certificate import check
+
+        # a refusal here is a bug of ours: it leaves no file behind, and exit code 70
+        write(
+            bound_certificate(instance, found),
+            proof,
+            lambda raw: check(raw, sha256=instance.sha256) and None,
+        )
     return found.value
 
 
