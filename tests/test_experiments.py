@@ -312,3 +312,14 @@ def test_results_lines_are_plain_json_behind_a_checksum(tmp_path):
     journal.append(some_run(3))
     _, _, body = journal.path.read_text().partition(" ")
     assert json.loads(body)["trace"] == [[0, 120], [7, 90]]
+
+
+def test_the_optimum_is_certified_where_a_certificate_stands_and_proved_elsewhere(small, tmp_path):
+    experiment = load(small)
+    assert {o.proof for o in optima(experiment).values()} == {"certificate checked"}
+    bare = tuple(replace(column, certificates=None) for column in experiment.columns)
+    proved = optima(replace(experiment, columns=bare))
+    assert all(o.proof.startswith("trusted (") for o in proved.values())
+    assert {k: o.cost for k, o in proved.items()} == {
+        k: o.cost for k, o in optima(experiment).items()
+    }

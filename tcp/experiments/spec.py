@@ -65,6 +65,8 @@ class Column:
         The solver's options.
     published : mapping from row key to text
         The paper's figures as printed.
+    certificates : path, optional
+        Folder in which a certificate of the optimum may stand.
     """
 
     name: str
@@ -72,6 +74,7 @@ class Column:
     solver: str
     options: Mapping[str, Any] = field(default_factory=dict)
     published: Mapping[str, str] = field(default_factory=dict)
+    certificates: Path | None = None
 
     def key(self, seed: int) -> str:
         """What a run depends on, as a hash: a stored run with this key need not be made again."""
@@ -156,6 +159,7 @@ def _column(data: Any, rows: tuple[str, ...], path: Path) -> Column:
         solver=_text(data, "solver", path, ""),
         options=options,
         published={key: str(value) for key, value in published.items()},
+        certificates=(path.parent / _text(data, "workpiece", path)).parent / "certificates",
     )
 
 
