@@ -2,19 +2,26 @@
 
 from __future__ import annotations
 
+import tempfile
 from collections import Counter
 from fractions import Fraction
 from pathlib import Path
 
+import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
+from tcp import Instance, Workpiece
 from tcp.errors import InputError
 from tcp.files import read
 from tcp.files.claims import read_claims
+from tcp.files.printed import parse_printed
 from tcp.result import decimal
 from tcp.validate import audit
 from tcp.validate.known import NOTHING
 from tcp.validate.store import CertificateFolder
+from tcp.validate.suspect import suspicion
 
 ROOT = Path(__file__).resolve().parents[1]
 CLAIMS = sorted((ROOT / "data" / "claims").glob("*.toml"))
@@ -432,3 +439,58 @@ def test_a_wrong_matrix_is_named_entry_by_entry(tmp_path):
     )
     found = audit([claims(tmp_path, PIECE + rows)])
     assert [f.message for f in found.findings] == ["from 3 to 2 takes 4, not 9"]
+
+
+@settings(max_examples=150, deadline=None)
+@given(st.data())
+def test_damaged_claims_files_are_refused_or_judged(data):
+    """Whatever happens to the bytes: findings, or one sentence; never a traceback."""
+    raw = bytearray((ROOT / "data" / "claims" / "bmga.toml").read_bytes())
+    kind = data.draw(st.sampled_from(["cut", "flip", "repeat", "insert"]))
+    at = data.draw(st.integers(0, len(raw) - 1))
+    if kind == "cut":
+        raw = raw[:at]
+    elif kind == "flip":
+        raw[at] = data.draw(st.integers(0, 255))
+    elif kind == "repeat":
+        end = data.draw(st.integers(at, min(len(raw), at + 400)))
+        raw = raw[:end] + raw[at:end] + raw[end:]
+    else:
+        raw[at:at] = data.draw(
+            st.sampled_from([b"nan", b"[[", b'"""', b"= 1e999", b"\n[x]\n", b"\\"])
+        )
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "c.toml"
+        path.write_bytes(bytes(raw))
+        try:
+            audit([path])
+        except InputError as error:
+            assert "\n" not in str(error) and len(str(error)) < 2000
+
+
+def test_misprints_of_large_boards_are_refused_in_words(tmp_path):
+    holes = ", ".join(f'"{k} {k} 0"' for k in range(700))
+    piece = f'[[workpiece]]\nid = "p"\nwhere = "w"\nholes = [{holes}]\n'
+    order = " ".join(str(k) for k in range(700))
+    path = claims(tmp_path, piece + ROUTE.replace("1 2 3", order) + "time = 5\n")
+    (entry,) = (e for e in audit([path], suspect=True).entries if e.kind == "route")
+    assert "up to 600 holes" in entry.facts["Misprints"]
+
+
+def test_a_misprint_is_found_where_there_is_one(tmp_path):
+    """A digit of one coordinate is changed; the search names the change that undoes it."""
+    rng = np.random.default_rng(8)
+    points = rng.integers(100, 999, (12, 2)).tolist()
+    true = Workpiece.from_decimals("t", [(str(x), str(y)) for x, y in points])
+    claimed = str(Instance(true).cost(range(12)))
+    points[4][0] = int(str(points[4][0])[::-1])
+    printed = Workpiece.from_decimals("p", [(str(x), str(y)) for x, y in points])
+    found = suspicion(Instance(printed), np.arange(12), parse_printed(claimed))
+    places = {(c.hole, c.x, c.y) for c, _, _ in found.hits}
+    assert (4, int(true.x[4]), int(true.y[4])) in places
+    assert found.tried > 500
+    for candidate, time, _ in found.hits:
+        x, y = printed.x.copy(), printed.y.copy()
+        x[candidate.hole], y[candidate.hole] = candidate.x, candidate.y
+        moved = Instance(Workpiece("m", printed.ids, x, y))
+        assert moved.cost(range(12)) == time == int(claimed)

@@ -240,6 +240,12 @@ def test_other_readings_are_found():
     assert any("longest move" in r for r in readings_of(stated, route, decimal(pseudo)))
 
 
+def test_readings_that_do_not_fit_into_62_bits_are_left_out():
+    far = [("0", "0"), ("40000000000", "1"), ("7", "90000000000")]
+    instance = Instance(Workpiece.from_decimals("far", far))
+    assert "TCP201" in validate(instance, "1 2 3", claimed="5").codes()
+
+
 def test_a_mirrored_board_and_ranks_are_readings():
     square = Workpiece.from_decimals(
         "s", [("0", "0"), ("4", "0"), ("0", "1"), ("4", "1"), ("2", "9"), ("2", "-8")]

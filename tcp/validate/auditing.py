@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from pathlib import Path
 
-from tcp.errors import InputError
+from tcp.errors import InputError, UsageError
 from tcp.files.claims import Claim, ClaimsFile, read_claims
 from tcp.files.order import Order, order_of
 from tcp.files.printed import Agreement, Printed, parse_printed
@@ -309,7 +309,10 @@ class _Judge:
         ]
         repairs = None if verdict.count.valid else repair(instance, order, known=known)
         if self.suspect and time is not None and "TCP201" in verdict.codes():
-            more, suspected = suspicions(instance, order.entries, time, repairs)
+            try:
+                more, suspected = suspicions(instance, order.entries, time, repairs)
+            except UsageError as refusal:
+                more, suspected = {"Misprints": str(refusal)}, []
             facts |= more
             found += suspected
         return self.make(facts, found, repairs)

@@ -132,9 +132,11 @@ def _machines(instance: Instance) -> Iterator[tuple[str, Instance]]:
         for ends_name, ends in _ends(instance.ends):
             name = ", ".join(n for n in (travel_name, ends_name) if n)
             try:
-                yield name, Instance(instance.workpiece, travel, ends)
+                machine = Instance(instance.workpiece, travel, ends)
+                machine.rule  # noqa: B018  (bound now: some rules do not fit into 62 bits)
             except UsageError:
                 continue
+            yield name, machine
 
 
 def _travels(travel: Travel) -> Iterator[tuple[str, Travel]]:
@@ -194,17 +196,20 @@ def swaps(instance: Instance, entries: Ints, claimed: Printed) -> list[tuple[int
         delta = new - stay[at] - stay[others]
         touching = ((others - at) % size == 1) | ((at - others) % size == 1)
         delta += np.where(touching, 2 * form.costs(here, there), 0)
-        for k in np.flatnonzero(_agrees(instance, claimed, cost + delta)).tolist():
-            found += [(i + 1, i + 2 + k)] if delta[k] else []
+        for k in np.flatnonzero(within(instance, cost + delta, claimed, claimed.unit)).tolist():
+            if delta[k] and claimed.agreement((cost + int(delta[k])) * instance.quantum).holds:
+                found += [(i + 1, i + 2 + k)]
     return found
 
 
-def _agrees(instance: Instance, claimed: Printed, costs: Ints) -> NDArray[np.bool_]:
-    """Which whole costs the printed number can stand for."""
-    low = (claimed.value - claimed.unit / 2) / instance.quantum
-    high = (claimed.value + claimed.unit) / instance.quantum
-    first = -((-low.numerator) // low.denominator)
-    last = (high.numerator - 1) // high.denominator
-    if last < -(2**62) or first > 2**62:
+def within(
+    instance: Instance, costs: Ints, claimed: Printed, distance: Fraction
+) -> NDArray[np.bool_]:
+    """Which whole costs lie at most ``distance`` from a printed time."""
+    low = (claimed.value - distance) / instance.quantum
+    high = (claimed.value + distance) / instance.quantum
+    first = max(-((-low.numerator) // low.denominator), -(2**62))
+    last = min(high.numerator // high.denominator, 2**62)
+    if first > last:
         return np.zeros(len(costs), dtype=bool)
-    return (costs >= max(first, -(2**62))) & (costs <= min(last, 2**62))
+    return (costs >= first) & (costs <= last)

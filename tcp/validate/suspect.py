@@ -24,7 +24,7 @@ from tcp.instance import Instance
 from tcp.result import decimal
 from tcp.travel import CostRule, Model
 from tcp.validate.findings import Finding, finding
-from tcp.validate.readings import slack
+from tcp.validate.readings import slack, within
 from tcp.validate.repairs import Repairs
 from tcp.validate.sequence import walk
 from tcp.workpiece import Workpiece
@@ -105,16 +105,14 @@ def suspicion(instance: Instance, entries: Ints, claimed: Printed) -> Suspicion:
     tried = list(dict.fromkeys(candidates(piece, places)))
     costs = _costs(instance, entries, tried)
     off = slack(instance, len(entries))
-    times = [int(c) * instance.quantum for c in costs]
-    found = [
-        (candidate, time, claimed.agreement(time, off))
-        for candidate, time in zip(tried, times, strict=True)
-    ]
-    near = sum(abs(t - claimed.value) <= _NEAR * claimed.unit for t in times)
+    close = within(instance, costs, claimed, claimed.unit + off)
+    near = within(instance, costs, claimed, _NEAR * claimed.unit).sum()
+    times = {k: int(costs[k]) * instance.quantum for k in np.flatnonzero(close).tolist()}
+    found = [(tried[k], time, claimed.agreement(time, off)) for k, time in times.items()]
     together = _together(piece, places)
     return Suspicion(
         tried=len(tried),
-        expected=1.5 * near / (2 * _NEAR),
+        expected=1.5 * int(near) / (2 * _NEAR),
         hits=tuple(hit for hit in found if hit[2].holds),
         together=together,
         together_time=_moved_time(instance, entries, together) if together else None,
