@@ -348,3 +348,33 @@ def test_info_describes_a_workpiece(tmp_path):
     assert data["coincident"] == 1 and data["file_order"] == "50.8"
     text = tcp("info", path).stdout
     assert "T1 (2 holes)" in text and "coincident" in text
+
+
+@pytest.mark.parametrize("option", ["--out", "--plot", "--certificate", "--save-state"])
+def test_no_output_ever_replaces_an_input(tmp_path, option):
+    board = tmp_path / "board.csv"
+    board.write_text("id,x,y\na,0,0\nb,3,4\n")
+    before = board.read_bytes()
+    for name in (board, tmp_path / "." / "board.csv"):
+        done = tcp("solve", option, name, board)
+        assert done.exit_code == 2 and done.stdout == ""  # refused before anything is solved
+        assert board.read_bytes() == before
+    (tmp_path / "link.csv").symlink_to(board)
+    assert tcp("solve", option, tmp_path / "link.csv", board).exit_code == 2
+
+
+def test_no_output_replaces_another(tmp_path):
+    for folder in ("a", "b", "out"):
+        (tmp_path / folder).mkdir()
+        (tmp_path / folder / "board.csv").write_text("1,2\n3,4\n")
+    boards = [tmp_path / "a" / "board.csv", tmp_path / "b" / "board.csv"]
+    done = tcp("solve", "--out", tmp_path / "out", *boards)
+    assert done.exit_code == 2 and "written twice" in done.stderr
+    assert tcp("solve", "--out", tmp_path / "out", boards[0]).exit_code == 0
+    one = tmp_path / "one.csv"
+    assert tcp("solve", "--out", one, "--save-state", one, boards[0]).exit_code == 2
+
+
+def test_a_missing_folder_is_seen_before_the_work(tmp_path):
+    done = tcp("solve", "--out", tmp_path / "none" / "r.csv", DATA / "wp1.csv")
+    assert done.exit_code == 7 and done.stdout == ""

@@ -8,6 +8,7 @@ from pathlib import Path
 import click
 
 from tcp.cli.options import Problem, problem_options
+from tcp.cli.terminal import check_outputs
 from tcp.errors import Exit, InfeasibleError, UsageError
 from tcp.files.write import write_file
 from tcp.instance import Instance
@@ -47,7 +48,8 @@ def command(
     problem: Problem, file: Path, formulation: str, out: Path, time_limit: float | None
 ) -> int:
     """Write the mixed-integer programme of the workpiece in FILE as MPS or LP."""
-    if out.suffix not in COMMENT:
+    check_outputs([(out, tuple(COMMENT))], [file])
+    if out.suffix not in COMMENT:  # a device has no ending that tells the format
         raise UsageError(f"--out {out}: expected a name that ends in .mps or .lp")
     clock = Clock(Stop(time_limit))
     instance = problem.instance(problem.read(file))

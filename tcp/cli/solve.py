@@ -12,7 +12,7 @@ import click
 
 from tcp.cli.main import complain
 from tcp.cli.options import Problem, number, problem_options, setting
-from tcp.cli.terminal import on_terminal, output_path, tell
+from tcp.cli.terminal import check_outputs, on_terminal, output_path, tell
 from tcp.errors import Exit, TcpError
 from tcp.instance import Instance
 from tcp.report.data import result_data
@@ -86,23 +86,46 @@ class Outputs:
     certificate: Path | None
     many: bool
 
+    def place(self, wish: Path | None, path: Path, suffix: str) -> Path | None:
+        """Where a wish is granted for the workpiece in ``path``."""
+        return None if wish is None else output_path(wish, path, self.many, suffix)
+
     def proof(self, path: Path) -> Path | None:
         """Where the proof about the workpiece in ``path`` goes."""
-        if self.certificate is None:
-            return None
-        return output_path(self.certificate, path, self.many, ".cert.json.gz")
+        return self.place(self.certificate, path, ".cert.json.gz")
+
+    def route(self, path: Path) -> Path | None:
+        """Where its route goes."""
+        return self.place(self.out, path, ".route.csv")
+
+    def picture(self, path: Path) -> Path | None:
+        """Where its picture goes."""
+        return self.place(self.plot, path, ".svg")
+
+    def check(self, files: tuple[Path, ...], state: Path | None) -> None:
+        """See that all of this, and the state, can be written, before any work is done."""
+        wishes: list[tuple[Path | None, tuple[str, ...]]] = [(state, ())]
+        wishes += [
+            (place(path), suffixes)
+            for path in files
+            for place, suffixes in (
+                (self.proof, (".json", ".json.gz")),
+                (self.route, (".csv", ".tour")),
+                (self.picture, (".svg", ".png")),
+            )
+        ]
+        check_outputs([(path, ends) for path, ends in wishes if path is not None], files)
 
     def __call__(self, result: Result, path: Path) -> None:
         """Print one result and write its files."""
         click.echo(json.dumps(result_data(result)) if self.as_json else summary(result))
-        if result.route is None:
-            return
-        if self.out is not None:
-            save_route(result, output_path(self.out, path, self.many, ".route.csv"))
-        if self.plot is not None:
+        route, picture = self.route(path), self.picture(path)
+        if result.route is not None and route is not None:
+            save_route(result, route)
+        if result.route is not None and picture is not None:
             from tcp.report.plot import save_plot
 
-            save_plot(result, output_path(self.plot, path, self.many, ".svg"))
+            save_plot(result, picture)
 
 
 @click.command(epilog=EPILOG)
@@ -177,6 +200,7 @@ def command(
         solver = "milp"  # whose options these are
     run = Run(solver=solver, settings=own, live=not as_json and on_terminal(), **how)
     outputs = Outputs(as_json, out, plot, certificate, len(files) > 1)
+    outputs.check(files, save_state)
     worst = Exit.OK
     for path in files:
         try:

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import click
 
-from tcp.errors import UsageError
+from tcp.errors import OutputError, UsageError
 
 
 def on_terminal() -> bool:
@@ -46,3 +46,37 @@ def output_path(wish: Path, source: Path, many: bool, suffix: str) -> Path:
     if many:
         raise UsageError(f"{wish} cannot hold the output of several files; give a directory")
     return wish
+
+
+def check_outputs(targets: Iterable[tuple[Path, tuple[str, ...]]], sources: Iterable[Path]) -> None:
+    """See before the work begins that what it yields has a place to go.
+
+    Parameters
+    ----------
+    targets : iterable of (path, suffixes)
+        Files that will be written, and the endings their names may have (none: any).
+    sources : iterable of path
+        The input files, which must not be overwritten.
+
+    Raises
+    ------
+    UsageError
+        If an output is an input or another output, or its ending is unknown.
+    OutputError
+        If an output's folder does not exist.
+    """
+    inputs = {source.resolve() for source in sources}
+    seen: set[Path] = set()
+    for path, suffixes in targets:
+        if path.exists() and not path.is_file():  # a device such as /dev/stdout
+            continue
+        if suffixes and not path.name.lower().endswith(suffixes):
+            raise UsageError(f"{path}: expected a name that ends in {' or '.join(suffixes)}")
+        place = path.resolve()
+        if place in inputs:
+            raise UsageError(f"{path} is an input and would be overwritten; choose another name")
+        if place in seen:
+            raise UsageError(f"{path} would be written twice; choose different names")
+        if not place.parent.is_dir():
+            raise OutputError(f"cannot write {path}: there is no folder {path.parent}")
+        seen.add(place)
