@@ -24,6 +24,8 @@ READERS: dict[str, str] = {
         (".drl", ".drd", ".xln", ".exc", ".xnc", ".ncd", ".drill", ".rou", ".drr"),
         "tcp.files.excellon",
     ),
+    ".kicad_pcb": "tcp.files.kicad",
+    ".dxf": "tcp.files.dxf",
     **dict.fromkeys((".ngc", ".gcode", ".gc"), "tcp.files.gcode"),
 }
 """The module that reads files of a suffix; it offers ``read(path, **options) -> Reading``."""

@@ -1,0 +1,65 @@
+"""Circles and points of a DXF drawing as holes, by layer and diameter (needs ``ezdxf``)."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from pathlib import Path
+
+from tcp.errors import InputError, UsageError
+from tcp.files.layered import STEP, Drill, reading
+from tcp.files.reading import Reading
+
+MM = {1: Fraction(254, 10), 4: Fraction(1), 5: Fraction(10), 6: Fraction(1000)}
+"""Millimetres to the unit, by ``$INSUNITS``."""
+
+
+def read(path: Path, *, units: str | None = None, tool: str | int | None = None) -> Reading:
+    """The holes of one tool (layer and diameter) of a drawing; see :func:`tcp.files.read`.
+
+    Raises
+    ------
+    UsageError
+        If ``ezdxf`` is not installed.
+    InputError
+        If the file is no DXF, states no units, or has no circles or points.
+    """
+    try:
+        import ezdxf
+    except ImportError:
+        raise UsageError("DXF needs ezdxf: pip install 'tcp-drill[dxf]'") from None
+    try:
+        drawing = ezdxf.readfile(path)
+    except OSError as error:
+        if error.errno is None:  # how ezdxf says it
+            raise InputError("is no DXF drawing", path) from None
+        reason = (error.strerror or str(error)).lower()
+        raise InputError(f"cannot be read: {reason}", path) from None
+    except (ezdxf.DXFError, UnicodeDecodeError, ValueError) as error:
+        raise InputError(f"is no DXF drawing: {str(error).splitlines()[0]}", path) from None
+    stated = MM.get(drawing.header.get("$INSUNITS", 0))
+    asked = None if units is None else MM[1 if units == "inch" else 4]
+    if stated is None and asked is None:
+        raise InputError("the drawing does not state its units; pass --units mm or inch", path)
+    if stated is not None and asked is not None and stated != asked:
+        raise InputError(f"the drawing states other units than --units {units}", path)
+    unit = stated or asked or Fraction(1)
+    drills = [
+        Drill(
+            _nm(place.x, unit),
+            _nm(place.y, unit),
+            2 * _nm(size, unit) * STEP,
+            str(entity.dxf.layer),
+        )
+        for entity in drawing.modelspace().query("CIRCLE POINT")
+        for place, size in [
+            (entity.dxf.center, entity.dxf.radius)
+            if entity.dxftype() == "CIRCLE"
+            else (entity.dxf.location, 0.0)
+        ]
+    ]
+    return reading(path, drills, tool)
+
+
+def _nm(value: float, unit: Fraction) -> int:
+    """A drawing's number (a double) in whole nanometres."""
+    return round(Fraction(value) * unit / STEP)

@@ -1,0 +1,75 @@
+"""KiCad boards and DXF drawings as workpieces."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+
+import pytest
+
+from tcp import files
+from tcp.errors import InputError
+
+BOARD = """(kicad_pcb (version 20221018)
+  (via (at 10 20) (size 0.8) (drill 0.4) (layers "F.Cu" "B.Cu"))
+  (footprint "A (odd name)" (at 100 50 90)
+    (pad "1" thru_hole circle (at 1 2 90) (size 2 2) (drill 0.4))
+    (pad "2" smd rect (at 3 4) (size 1 1))
+    (pad "3" np_thru_hole circle (at 0 0) (size 3 3) (drill 3.2)))
+  (footprint "B" (at 0 0 45)
+    (pad "1" thru_hole oval (at 1 0) (size 2 3) (drill oval 0.4 1.5))))
+"""
+
+
+def test_kicad_pads_and_vias(tmp_path):
+    path = tmp_path / "b.kicad_pcb"
+    path.write_text(BOARD)
+    reading = files.read(path)
+    piece = reading.workpiece
+    places = [(float(h.x), float(h.y)) for h in map(piece.hole, range(len(piece)))]
+    assert places == [(10.0, -20.0), (102.0, -49.0), (0.707107, 0.707107)]
+    assert piece.hole(0).diameter == Fraction(2, 5)
+    assert "1 oval" in reading.notes[0] and "non-plated" in reading.notes[1]
+    assert len(files.read(path, tool="all").workpiece) == 4
+    assert float(files.read(path, tool="T1").workpiece.hole(0).x) == 100.0
+    with pytest.raises(InputError, match="its tools are"):
+        files.read(path, tool="T9")
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("(kicad_pcb", "cut off"),
+        ("(kicad_pcb))", r":1: closes more"),
+        ("(kicad_sch)", "no KiCad board"),
+        ("(kicad_pcb)", "no drilled hole"),
+        ("(kicad_pcb (via (at 1) (drill 1)))", "not understood"),
+        ("(kicad_pcb (via (at 1 x) (drill 1)))", "not understood"),
+        ("(" * 1000, "no S-expression"),
+        ("", "cut off"),
+    ],
+)
+def test_bad_kicad_boards(tmp_path, text, said):
+    path = tmp_path / "b.kicad_pcb"
+    path.write_text(text)
+    with pytest.raises(InputError, match=said):
+        files.read(path)
+
+
+def test_dxf_circles_and_points(tmp_path):
+    ezdxf = pytest.importorskip("ezdxf", reason="ezdxf is not installed (tcp-drill[dxf])")
+    drawing = ezdxf.new(units=4)
+    space = drawing.modelspace()
+    space.add_circle((1, 2), 0.5, dxfattribs={"layer": "drill"})
+    space.add_circle((3, 4), 0.5, dxfattribs={"layer": "drill"})
+    space.add_point((9, 9), dxfattribs={"layer": "marks"})
+    path = tmp_path / "b.dxf"
+    drawing.saveas(path)
+    reading = files.read(path)
+    assert [float(reading.workpiece.hole(i).x) for i in range(2)] == [1.0, 3.0]
+    assert reading.workpiece.hole(0).diameter == 1
+    assert len(files.read(path, tool="all").workpiece) == 3
+    with pytest.raises(InputError, match="other units"):
+        files.read(path, units="inch")
+    path.write_text("nonsense")
+    with pytest.raises(InputError, match="no DXF"):
+        files.read(path)
