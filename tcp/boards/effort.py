@@ -7,10 +7,11 @@ from enum import StrEnum
 from pathlib import Path
 from typing import Any
 
+from tcp.bounds.one_tree import one_tree_bound
 from tcp.instance import Instance
 from tcp.result import Proof, Report, Result, silent
-from tcp.solve import SMALL, solve
-from tcp.stop import Stop, StopReason
+from tcp.solve import SMALL, sharpen, solve
+from tcp.stop import Clock, Stop, StopReason
 
 
 class Effort(StrEnum):
@@ -29,6 +30,9 @@ SEEKER = "local-search"
 AS_IS = "file order"
 SHARE = 0.4
 """Share of the time for the route alone where a proof in time is unlikely."""
+
+BOUND_SHARE = 0.2
+"""Share of the time for a bound that needs no proof engine, where that finds none in time."""
 
 LARGE = 1_500
 """Nodes from which on the route is sought first, and bounded afterwards."""
@@ -91,8 +95,10 @@ def answer(
         )
         return _better(best, found)
     if effort is Effort.FAST:
-        found = solve(instance, SEEKER, stop=Stop(seconds), seed=seed, report=report)
-        return _better(best, found)
+        part = Stop((1 - BOUND_SHARE) * seconds)
+        found = solve(instance, SEEKER, stop=part, seed=seed, report=report)
+        return _bounded(instance, _better(best, found), BOUND_SHARE * seconds)
+    whole, seconds = seconds, seconds * (1 - BOUND_SHARE)
     if instance.form.size > LARGE:
         first = solve(instance, SEEKER, stop=Stop(SHARE * seconds), seed=seed, report=report)
         best = _better(best, first)
@@ -100,12 +106,22 @@ def answer(
         return best
     known: dict[str, Any] = {} if best.solver == AS_IS else {"start_route": best.route}
     left = Stop(max(seconds - best.seconds, 0.1))
-    return _better(
-        best,
-        solve(
-            instance, PROVER, stop=left, seed=seed, report=report, certificate=certificate, **known
-        ),
+    found = solve(
+        instance, PROVER, stop=left, seed=seed, report=report, certificate=certificate, **known
     )
+    best = _better(best, found)
+    return _bounded(instance, best, max(whole - best.seconds, 0.1))
+
+
+def _bounded(instance: Instance, best: Answer, seconds: float) -> Answer:
+    """With the one-tree bound, where the proof engine had no time to find a better one."""
+    if best.optimal or best.interrupted:
+        return best
+    clock = Clock(Stop(seconds))
+    value = sharpen(instance, one_tree_bound(instance, clock=clock).value) or 0
+    bound = max(best.bound or 0, min(value, best.cost))
+    proof = Proof.TRUSTED if bound >= best.cost else Proof.NONE
+    return replace(best, bound=bound, proof=proof, seconds=best.seconds + clock.elapsed)
 
 
 def _as_it_stands(instance: Instance, route: tuple[int, ...]) -> Answer:
