@@ -312,3 +312,23 @@ def test_states_on_the_command_line(tmp_path):
     assert CliRunner().invoke(main, ["check", proof, board]).exit_code == Exit.OK
     wrong = CliRunner().invoke(main, ["solve", "--closed", "--resume", state, board])
     assert wrong.exit_code == Exit.INPUT
+
+
+def test_gap_target_and_node_limits_stop_the_search():
+    instance = many_nodes()
+    best = solve(instance, "branch-and-cut")
+    near = solve(instance, "branch-and-cut", stop=Stop(gap=0.05))
+    assert near.stopped in (StopReason.GAP, StopReason.COMPLETED)
+    assert near.gap <= 0.05
+    few = solve(instance, "branch-and-cut", stop=Stop(iterations=1))
+    assert few.stopped is StopReason.ITERATIONS
+    assert few.bound <= best.cost <= few.cost
+    met = solve(instance, "branch-and-cut", stop=Stop(target=best.cost * 2))
+    assert met.cost <= best.cost * 2
+
+
+def test_costs_beyond_a_proof_are_given_up_honestly():
+    travel = Travel(vx=F(1, 10**12 + 3), vy=F(1, 10**12 - 17))
+    result = solve(Instance(scattered(80, 80), travel), "branch-and-cut")
+    assert result.bound <= result.cost
+    assert result.status is Status.OPTIMAL or "gave up" in result.details

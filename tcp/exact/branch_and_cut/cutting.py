@@ -41,6 +41,9 @@ WINDOW = 8
 TAIL = 0.002
 """Cutting stalls when a window of rounds closes less than this part of the gap."""
 
+PRICE_EVERY = 30
+"""Rounds after which all pairs are priced even if cutting still helps: bounds on the way."""
+
 COMBS_A_ROUND = 80
 """Most combs that enter the LP at once."""
 
@@ -85,7 +88,8 @@ class NodeResult:
 
     ``closed``: its duals prove that no better tour is below.  ``infeasible``:
     they prove that no tour is below at all.  Otherwise the node is to be
-    branched (or time ran out) and ``duals`` prove ``bound``.
+    branched (or time ran out) and ``duals`` prove ``bound``.  ``stuck``: the
+    LP's floats are too coarse for a proof here, which ends the search.
     """
 
     duals: Duals | None
@@ -93,6 +97,7 @@ class NodeResult:
     closed: bool = False
     infeasible: bool = False
     stopped: bool = False
+    stuck: bool = False
 
 
 @dataclass
@@ -117,6 +122,7 @@ class Cutter:
         """Cut and price until the node closes or nothing helps; the LP is already entered."""
         best: tuple[float, Duals | None, int | None] = (-np.inf, None, None)
         history: list[float] = []
+        unpriced = 0
         while True:
             answer = self.lp.solve(self.clock.remaining)
             self.rounds += 1
@@ -128,12 +134,16 @@ class Cutter:
                 continue
             stop = answer is Answer.LIMIT or self.clock.reason() is not None
             support = None if answer is Answer.LIMIT else self._support()
+            pending = False
             if support is not None and not stop and not self._reached():
-                if self._separate(support, history, tail):
+                unpriced += 1
+                pending = self._separate(support, history, tail)
+                if pending and unpriced < PRICE_EVERY:
                     continue
                 self._offer_integral(support)
-            if answer is Answer.LIMIT:
-                return NodeResult(best[1], best[2], stopped=True)
+            if not self.lp.solved:
+                return NodeResult(None, None, stopped=True)
+            unpriced = 0
             duals = self.lp.duals()
             found = verdict(self.problem, duals, fixings, self.alive)
             value = found.scaled / duals.scale
@@ -145,9 +155,10 @@ class Cutter:
                 return NodeResult(best[1], best[2], closed=True)
             if stop:
                 return NodeResult(best[1], best[2], stopped=True)
-            if not self._admit(found):
+            if self._admit(found):
+                history.clear()
+            elif not pending:
                 return NodeResult(best[1], best[2])
-            history.clear()
 
     def _support(self) -> Support:
         return Support.of(self.problem.size, self.lp.i, self.lp.j, self.lp.x)
@@ -170,7 +181,7 @@ class Cutter:
         if found.scaled > 0:
             return NodeResult(duals, None, closed=True, infeasible=True)
         if not self._admit(found):
-            raise ArithmeticError("the LP is infeasible, but its ray proves nothing")
+            return NodeResult(None, None, stopped=True, stuck=True)
         return None
 
     def _admit(self, found: Verdict) -> bool:

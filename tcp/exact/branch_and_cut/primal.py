@@ -22,7 +22,7 @@ START_KICKS = 20
 MOST_START_KICKS = 300_000
 """Most kicks of the start, however large the instance."""
 
-REPAIR_KICKS = 1
+REPAIR_KICKS = 0.1
 """Kicks per node after a repair."""
 
 LIGHT = 60
@@ -67,9 +67,10 @@ class Repair:
         self.calls += 1
         if self.calls % self.every or self.problem.size <= LIGHT:
             return
-        self.every += 2
+        self.every = self.every * 3 // 2
+        self.calls = 0
         tour = joined(support, self.incumbent.tour)
-        kicks = REPAIR_KICKS * self.problem.size
+        kicks = int(REPAIR_KICKS * self.problem.size)
         found = improve(
             self.problem.form, tour.tolist(), rng=self.rng, clock=self.clock, kicks=kicks
         )

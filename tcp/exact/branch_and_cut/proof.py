@@ -124,10 +124,17 @@ class Verdict:
 
 
 def scale_for(problem: Problem, potentials: Floats, weights: Floats) -> int:
-    """The largest power of two up to 2^30 that keeps every sum below :data:`ROOM`."""
+    """The largest scale up to 2^30 that keeps every sum below :data:`ROOM`.
+
+    Basic duals are fractions with small denominators, so a multiple of 2520
+    (or of a part of it) often represents them exactly, where a power of two
+    would leave every pair of the basis a little off.
+    """
     reach = 4.0 * (problem.peak + np.abs(potentials).max(initial=0.0) + weights.sum()) + 1
     total = reach * (problem.size + len(weights))
-    return int(2 ** max(0, min(30, int(np.log2(ROOM / total)))))
+    most = int(max(1.0, min(2.0**30, ROOM / total)))
+    base = next(part for part in (2520, 840, 120, 60, 12, 6, 2, 1) if part <= most)
+    return base << ((most // base).bit_length() - 1)
 
 
 def rounded(

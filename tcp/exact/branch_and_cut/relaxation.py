@@ -96,6 +96,7 @@ class Relaxation:
         self._h.addRows(size, two, two, 0, np.zeros(size, np.int32), none, np.zeros(0))
         self.objective = 0.0
         self._row_dual: Floats = np.zeros(0)
+        self._priced: list[Cut] = []
         self.add_pairs(np.unique(keys))
 
     # -- columns ---------------------------------------------------------
@@ -221,7 +222,6 @@ class Relaxation:
         stay[old] = False
         self._age = self._age[stay]
         self._slack = self._slack[stay]
-        self._row_dual = np.delete(self._row_dual, old + size)
         return dropped
 
     # -- where in the tree -----------------------------------------------
@@ -318,6 +318,7 @@ class Relaxation:
         solution = self._h.getSolution()
         self.x = np.array(solution.col_value)
         self._row_dual = np.array(solution.row_dual)
+        self._priced = list(self.cuts)
         activity = np.array(solution.row_value)[self.problem.size :]
         rhs = np.array([c.rhs for c in self.cuts], np.float64)
         self._slack = activity - rhs
@@ -331,13 +332,18 @@ class Relaxation:
         return self._slack
 
     def duals(self) -> Duals:
-        """The last solution's duals as integers."""
-        return self._rounded(self._row_dual, self.unit)
+        """The last solution's duals as integers, whatever rows came or went since."""
+        return self._rounded(self._row_dual, self._priced, self.unit)
 
-    def _rounded(self, row_dual: Floats, unit: float) -> Duals:
+    @property
+    def solved(self) -> bool:
+        """Whether there has been a solution."""
+        return len(self._row_dual) > 0
+
+    def _rounded(self, row_dual: Floats, cuts: list[Cut], unit: float) -> Duals:
         size = self.problem.size
         listed: list[tuple[Cut, int, float, bool]] = []
-        for cut, dual in zip(self.cuts, row_dual[size:].tolist(), strict=True):
+        for cut, dual in zip(cuts, row_dual[size:].tolist(), strict=True):
             branch = self._branches.get(cut.key)
             rhs = 4 if branch is not None and branch.four else cut.rhs
             listed.append((cut, rhs, dual, branch is not None and not branch.four))
@@ -392,7 +398,7 @@ class Relaxation:
         for sign in (1.0, -1.0):
             h.addCols(count, ones, np.zeros(count), free, count, start, start, sign * ones)
         h.run()
-        return self._rounded(np.array(h.getSolution().row_dual), 0.0)
+        return self._rounded(np.array(h.getSolution().row_dual), self.cuts, 0.0)
 
 
 def highs() -> highspy.Highs:

@@ -168,8 +168,10 @@ class _Engine:
         return bound if cost is None else min(bound, cost)
 
     def _reason(self) -> StopReason:
-        """Why an unfinished search came back; its iterations are the nodes it processed."""
-        return self.clock.reason(iterations=self.tree.processed) or StopReason.TIME
+        """Why the search came back; ``completed`` with a gap where numbers were too coarse."""
+        if not self.tree.heap or self.tree.stuck:
+            return StopReason.COMPLETED
+        return self.tree.reason() or StopReason.TIME
 
     def _outcome(self) -> Outcome:
         tree, cost = self.tree, self.incumbent.cost
@@ -179,11 +181,12 @@ class _Engine:
         return Outcome(
             route=route,
             bound=None if infeasible else bound,
-            stopped=self._reason() if tree.heap else StopReason.COMPLETED,
+            stopped=self._reason(),
             infeasible=infeasible,
             details={
                 "nodes": len(tree.nodes),
                 "rounds": tree.cutter.rounds,
+                **({"gave up": "costs too fine for 62-bit proofs"} if tree.stuck else {}),
                 "simplex_iterations": lp.iterations,
                 "rows": len(lp.cuts),
                 "columns": len(lp.keys),

@@ -17,6 +17,7 @@ from tcp.exact.branch_and_cut.cutting import Cutter, NodeResult
 from tcp.exact.branch_and_cut.proof import Alive, Duals, Fixings, survivors, verdict
 from tcp.exact.branch_and_cut.relaxation import SetBranch, Snapshot
 from tcp.exact.branch_and_cut.support import Support
+from tcp.stop import StopReason
 
 FEW = 60
 """Eliminated instances keep at most this many pairs a node; otherwise none is eliminated."""
@@ -78,6 +79,7 @@ class Tree:
     root_scaled: int = 0
     stopped: bool = False
     processed: int = 0
+    stuck: bool = False
 
     def __post_init__(self) -> None:
         self.brancher = Brancher(self.cutter.lp)
@@ -96,9 +98,13 @@ class Tree:
         while self.heap and not self.stopped:
             following = self._step(following)
             self.processed += 1
-            if self.cutter.clock.reason(iterations=self.processed) is not None:
-                self.stopped = True
+            self.stopped = self.stopped or (bool(self.heap) and self.reason() is not None)
             self.saved(self)
+
+    def reason(self) -> StopReason | None:
+        """Which of the stop's conditions holds; iterations are the nodes processed."""
+        cutter = self.cutter
+        return cutter.clock.reason(cutter.incumbent.cost, self.bound, self.processed)
 
     # -- one node ------------------------------------------------------------
 
@@ -121,7 +127,7 @@ class Tree:
         if at == 0 or cutter.incumbent.cost != before:
             self.eliminate()
         if result.stopped:
-            self.stopped = True
+            self.stopped, self.stuck = True, result.stuck
             heapq.heappush(self.heap, (node.bound, node.depth, at))
             return None
         if node.closed:
@@ -177,7 +183,9 @@ class Tree:
         cutoff = lp.objective * 1.01 + 1 if cost is None else float(cost)
         decision = self.brancher.choose(support, cutter.incumbent.tour, cutoff)
         if decision is None:
-            raise ArithmeticError("an integral LP solution that neither closes its node nor is new")
+            self.stopped = self.stuck = True
+            heapq.heappush(self.heap, (node.bound, node.depth, at))
+            return None
         snapshot = lp.snapshot()
         node.decision = decision
         first = len(self.nodes)
