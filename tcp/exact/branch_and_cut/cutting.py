@@ -112,6 +112,7 @@ class Cutter:
     alive: Alive = field(default_factory=Alive.everything)
     listen: Callable[[int | None, str], None] = lambda bound, note: None
     improve: Callable[[Support], None] = lambda support: None
+    polish: Callable[[], None] = lambda: None
     rounds: int = 0
 
     # -- the loop ----------------------------------------------------------

@@ -16,8 +16,11 @@ from tcp.heuristics.start import start_tour
 from tcp.stop import Clock
 from tcp.travel import Ints
 
-START_KICKS = 20
+START_KICKS = 8
 """Kicks per node of the start."""
+
+POLISH_KICKS = 40
+"""Kicks per node once the root has not closed: a better route saves branches."""
 
 MOST_START_KICKS = 300_000
 """Most kicks of the start, however large the instance."""
@@ -44,6 +47,14 @@ def start(
     except InfeasibleError:
         return None
     return np.array(found, np.int64)
+
+
+def polish(problem: Problem, incumbent: Incumbent, rng: np.random.Generator, clock: Clock) -> None:
+    """Search on from the incumbent."""
+    if incumbent.cost is not None and problem.size >= 8:
+        kicks = min(POLISH_KICKS * problem.size, MOST_START_KICKS)
+        found = improve(problem.form, incumbent.tour.tolist(), rng=rng, clock=clock, kicks=kicks)
+        incumbent.offer(np.array(found, np.int64))
 
 
 @dataclass

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 
 from tcp.exact.branch_and_cut.cutting import Cutter, Incumbent
 from tcp.exact.branch_and_cut.evidence import certificate, trivial
-from tcp.exact.branch_and_cut.primal import Repair, start
+from tcp.exact.branch_and_cut.primal import Repair, polish, start
 from tcp.exact.branch_and_cut.problem import Problem
 from tcp.exact.branch_and_cut.relaxation import Relaxation
 from tcp.exact.branch_and_cut.saved import load, replant
@@ -109,6 +110,7 @@ class _Engine:
         lp = Relaxation(problem, first_pairs(problem, self.incumbent.tour), unit_of(problem))
         cutter = Cutter(problem, lp, self.incumbent, self.clock)
         cutter.improve = Repair(problem, self.incumbent, rng, self.clock)
+        cutter.polish = partial(polish, problem, self.incumbent, rng, self.clock)
         cutter.listen = self._proved_here
         self.tree = Tree(cutter, news=self._proved, saved=self._save)
         if state is not None and origin is not None:

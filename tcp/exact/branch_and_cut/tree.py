@@ -124,6 +124,8 @@ class Tree:
         self._record(node, result)
         if at == 0 and result.duals is not None and not result.infeasible:
             self.root_duals = result.duals
+            if not node.closed and not result.stopped:
+                cutter.polish()
         if at == 0 or cutter.incumbent.cost != before:
             self.eliminate()
         if result.stopped:
