@@ -9,6 +9,7 @@ from ortools.sat.python import cp_model
 
 from tcp.errors import UsageError
 from tcp.exact.native import attend
+from tcp.heuristics.start import start_tour
 from tcp.instance import Instance
 from tcp.models.positions import Positions
 from tcp.result import Outcome, Progress, Report
@@ -59,6 +60,9 @@ def run(
         bound = None if wrong else instance.cost((0,))
         return Outcome(None if wrong else (0,), bound, infeasible=bool(wrong))
     search = Search(instance, clock, report)
+    tour = start_tour(instance.form)
+    if tour is not None:
+        search.offer(instance.route(tour))
     return search.run(int(rng.integers(2**31)), workers, linearization)
 
 
@@ -96,8 +100,13 @@ class Search(cp_model.CpSolverSolutionCallback):  # type: ignore[misc]
 
     def on_solution_callback(self) -> None:
         """Keep a solution (called by CP-SAT in its own thread)."""
-        route = self.model.route(self.value)
+        self.offer(self.model.route(self.value))
+
+    def offer(self, route: tuple[int, ...]) -> None:
+        """Keep a route if it is one and better than the best."""
         cost = self.value_of(route)
+        if faults(self.instance, route):
+            return
         if self.cost is None or cost < self.cost:
             self.best, self.cost = route, cost
 
