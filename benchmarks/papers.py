@@ -52,7 +52,7 @@ RUNS = {
 
 BOARDS = (
     "kicad-DIN41612-backplane.drl",
-    "eagle-axiom-beta-main.xln",
+    "kicad-mnt-reform2-motherboard-PTH.drl",
     "altium-Thunderscope-4.1-round.txt",
     "kicad-c4puter-motherboard.drl",
 )
@@ -85,12 +85,12 @@ def tables(
     journal: Journal, cap: int | None, jobs: int, report: bool
 ) -> list[tuple[Experiment, list[Summary | None]]]:
     """Every experiment with the summaries of its runs."""
-    done = []
+    done, stored = [], journal.runs() if report else {}
     for name, runs in RUNS.items():
         experiment = load(FILES / f"{name}.toml")
         experiment = replace(experiment, runs=min(runs, cap or runs))
         known = optima(experiment)
-        made = journal.runs() if report else conduct(experiment, known, journal, jobs=jobs)
+        made = stored if report else conduct(experiment, known, journal, jobs=jobs)
         done.append((experiment, summarise(experiment.columns, known, made)))
     order = [p.stem for p in sorted(FILES.glob("*.toml"))]
     return sorted(done, key=lambda pair: order.index(list(RUNS)[done.index(pair)]))
@@ -121,7 +121,7 @@ def verdicts(done: list[tuple[Experiment, list[Summary | None]]]) -> str:
                 rows.append(
                     [
                         *(table, s.column.name, ROWS[key], s.column.published[key], printed),
-                        f"{s.success:.0%} of {len(s.runs)}",
+                        f"{s.success:.1%} of {len(s.runs)}",
                         _verdict(theirs, ours) + _few(key, s),
                     ]
                 )
@@ -266,8 +266,8 @@ def page(arguments: argparse.Namespace) -> str:
     journal = Journal(arguments.journal)
     done = tables(journal, arguments.runs, arguments.jobs, arguments.report)
     runs: dict[str, Run] = journal.runs()
-    cpu = sum(run.seconds for run in runs.values())
-    made = f"{len(runs)} runs, {cpu / 60:.0f} minutes of one core, " + (
+    spent = sum(run.seconds for run in runs.values())
+    made = f"{len(runs)} runs, {spent / 60:.0f} minutes in all on shared cores, " + (
         f"Python {platform.python_version()} on {platform.machine()}"
     )
     parts = {
