@@ -18,7 +18,7 @@ _KNOWN = re.compile(
 _TOOL = re.compile(r"T\d+(?:[A-Z][+-]?[\d.]*)*$")
 _WORD = re.compile(r"([A-Z])([+-]?[\d.]*)")
 _HOLESIZE = re.compile(
-    r";\s*(?:T(\d+)\s+)?Holesize\s+(\d+)\.\s*=\s*([\d.]+)\s+Tolerance\s*=\s*\S+\s+"
+    r";\s*(?:T(\d+)\s+)?Holesize\s+(\d+)\.\s*=\s*(\d*\.?\d+)\s+Tolerance\s*=\s*\S+\s+"
     r"(PLATED|NON_PLATED|OPTIONAL)?\s*(MILS|MM|INCH|INCHES|MILLIMETERS)?"
 )
 _MM = {

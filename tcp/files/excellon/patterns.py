@@ -9,7 +9,7 @@ is taken as unknown, so the next coordinates must name both axes.
 from __future__ import annotations
 
 from tcp.files.excellon.program import Copy, Kind, Mark, Repeat
-from tcp.files.excellon.state import State, Words
+from tcp.files.excellon.state import State, Words, code_of
 
 FORMAT_1 = {2: 30, 24: 1, 26: 2, 1: 6, 27: 8, 0: 9, 21: 80, 22: 90}
 """M-codes of ``FMAT,1`` and what they are called in format 2."""
@@ -28,7 +28,7 @@ class Patterns(State):
         last_hit = row >= 0 and self.columns[0][row] == Kind.HIT
         if not last_hit or self.columns[9][row] != self.barrier:
             self.refuse("R repeats a hit, but no hit stands before it")
-        if not found.keys() <= {"R", "X", "Y"} or len(found) < 2:
+        if not found.keys() <= {"R", "X", "Y"} or not 2 <= len(found) == len(words):
             self.refuse("R needs a count and a step in X or Y")
         line = self.at + 1
         dx = self.settings.value(found["X"], line) if "X" in found else 0
@@ -72,9 +72,10 @@ class Patterns(State):
         if self.pattern is None:
             self.refuse("M02 repeats a pattern, but none is complete; expected M25 ... M01 before")
         shift = {letter: text for letter, text in rest if letter in "XY" and text}
-        codes = {int(text or b"-1") for letter, text in rest if letter == "M"}
+        codes = {code_of(text) for letter, text in rest if letter == "M"}
         codes = {FORMAT_1.get(c, c) for c in codes} if self.format_1 else codes
-        if not codes <= {70, 80, 90} or any(letter not in "XYM" for letter, _ in rest):
+        twice = len(shift) < sum(letter in "XY" for letter, _ in rest)
+        if not codes <= {70, 80, 90} or twice or any(c not in "XYM" for c, _ in rest):
             self.refuse("M02 is followed by something else than X, Y, M70, M80 and M90")
         line = self.at + 1
         before = self.copies[-1] if self.copies else Copy(0, 0)

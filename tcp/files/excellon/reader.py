@@ -32,7 +32,7 @@ from tcp.files.excellon.program import (
 )
 from tcp.files.excellon.routing import Routing
 from tcp.files.excellon.settings import Hints, Settings
-from tcp.files.excellon.state import NUMBER, ROUT, Words
+from tcp.files.excellon.state import NUMBER, ROUT, Words, code_of
 
 _HIT = re.compile(
     rb"[ \t]*(?:X[ \t]*(" + NUMBER + rb"))?[ \t]*(?:Y[ \t]*(" + NUMBER + rb"))?[ \t]*(?:;.*)?$"
@@ -190,7 +190,7 @@ class Reader(Routing):
             self.refuse(f"{line.decode('latin-1')[:30]!r} is not understood; expected Excellon")
 
     def _m_code(self, words: Words) -> None:
-        code = int(words[0][1] or b"-1")
+        code = code_of(words[0][1])
         if self.format_1:
             code = FORMAT_1.get(code, code)
         rest = words[1:]
@@ -224,7 +224,7 @@ class Reader(Routing):
 
     def _move(self, words: Words) -> None:
         if words[0][0] == "G":
-            code = int(words[0][1] or b"-1")
+            code = code_of(words[0][1])
             rest = words[1:]
             if code in (5, 81):
                 self._drill_mode()

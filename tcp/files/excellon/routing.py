@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from tcp.files.excellon.patterns import Patterns
 from tcp.files.excellon.program import Kind, Mark, Motion
-from tcp.files.excellon.state import DRILL, ROUT, Words
+from tcp.files.excellon.state import DRILL, ROUT, Words, code_of
 
 
 class Routing(Patterns):
@@ -20,6 +20,12 @@ class Routing(Patterns):
             if self.down:
                 self.refuse("G00 while the router is down; expected M16 before")
             self._flush_open()
+        if not {"X", "Y"} & found.keys():
+            if found:
+                self.refuse("an arc without its end; expected X and Y")
+            if not self.open:
+                self._barrier()
+            return
         x, y = self._place(found.get("X"), found.get("Y"))
         arc = tuple((k, self.settings.value(found[k], self.at + 1)) for k in "AIJ" if k in found)
         if not self.open:
@@ -84,9 +90,10 @@ class Routing(Patterns):
     def _canned(self, words: Words) -> None:
         """``X#Y#G85X#Y#`` and the drilled patterns of G82, G83, G84 and G87."""
         at = [letter for letter, _ in words].index("G")
-        code = int(words[at][1] or b"-1")
+        code = code_of(words[at][1])
         start, end = dict(words[:at]), dict(words[at + 1 :])
-        if code not in (82, 83, 84, 85, 87) or not start.keys() | end.keys() <= {"X", "Y"}:
+        twice = len(start) + len(end) < len(words) - 1
+        if code not in (82, 83, 84, 85, 87) or not start.keys() | end.keys() <= {"X", "Y"} or twice:
             self.refuse(f"G{code:02d} behind coordinates is not understood; expected G85")
         if self.incremental:
             self.refuse(f"G{code} in incremental mode is not understood")

@@ -135,7 +135,7 @@ class State:
 
     def select(self, words: Words) -> None:
         """``T3`` selects; ``T3C.015`` defines and, outside a header, selects."""
-        number = int(words[0][1] or b"-1") if words[0][1].isdigit() else -1
+        number = code_of(words[0][1]) if words[0][1].isdigit() else -1
         if number < 0:
             self.refuse("T without a tool number")
         sizes = [text for letter, text in words[1:] if letter == "C"]
@@ -178,3 +178,8 @@ class State:
             lines = (self.pattern_line, self.at)
             self.patterns.append(Pattern(*self.pattern, tuple(self.copies), lines))
         self.pattern, self.copies = None, []
+
+
+def code_of(text: bytes) -> int:
+    """The number of a G- or M-code; -1, which nothing knows, where it is none."""
+    return int(text) if text.isdigit() and len(text) < 5 else -1

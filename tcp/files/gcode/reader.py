@@ -114,14 +114,15 @@ class _Reader:
         if not bare:
             return
         words = []
-        at = 0
-        while at < len(bare):
-            found = _WORD.match(bare, at)
-            if found is None:
-                self._stubborn(bare)
-                return
-            words.append((found[1].decode().upper(), found[2]))
-            at = found.end()
+        for piece in _COMMENT.split(line):  # a comment never stands inside a word
+            at, piece = 0, piece.strip()
+            while at < len(piece):
+                found = _WORD.match(piece, at)
+                if found is None:
+                    self._stubborn(bare)
+                    return
+                words.append((found[1].decode().upper(), found[2]))
+                at = found.end()
         letters = [letter for letter, _ in words]
         repeated = {c for c in letters if letters.count(c) > 1 and c not in "GM"}
         if not set(letters) <= _LETTERS or repeated:
@@ -301,7 +302,7 @@ class _Reader:
                 self._row(self.hover[0], key)
             else:
                 self.barrier += 1
-            self.hover = None
+        self.hover = None
         self.plunge = []
 
     def _row(self, first: int, key: str) -> None:
