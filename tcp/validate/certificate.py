@@ -281,9 +281,9 @@ class Proof:
 
     def fix(self, domain: Domain | None, duals: Duals, goal: int) -> Domain | None:
         """The domain without the pairs that no tour with scale * cost <= ``goal`` uses."""
-        slack, reach = max(goal - 2 * _sum(duals.pi) - duals.rhs, -1), -2
-        while slack > reach:  # the first slack is a guess
-            reach = slack + slack // 8 + duals.scale
+        slack, reach = goal - 2 * _sum(duals.pi) - duals.rhs, -2
+        while max(slack, -1) > reach:  # the first slack is a guess
+            reach = max(slack, -1) + max(slack, 0) // 8 + duals.scale
             bound, keys, costs, low, high, rc = self.price(domain, duals, reach)
             slack = goal - bound
         keep = (high > 0) & ((low > 0) | (rc < 0) | (rc <= slack))

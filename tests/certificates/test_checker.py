@@ -79,7 +79,7 @@ def test_bounds_are_what_the_definition_says(seed, factor):
     above = checker.Branches()
     above.two.update(range(count)), above.four.update(range(count))
     pi = [int(v) * factor for v in rng.integers(-300, 500, size)]
-    scale = int(rng.integers(0, 9)) * factor
+    scale = int(rng.integers(0, 9)) * factor * (seed % 3 > 0)
     data = {"scale": scale, "pi": pi}
     data["branches"] = [v for s, y in weights.items() if y for v in (s, y)]
     own = checker.Pool([_runs(nodes) for nodes in pool.sets], [], size)
@@ -98,6 +98,12 @@ def test_bounds_are_what_the_definition_says(seed, factor):
     assert {k: rc for k, rc in reduced.items() if rc <= reach}.items() <= dict(
         zip(found[1].tolist(), map(int, found[-1]), strict=True)
     ).items()
+    for goal in (0, bound - 2 * factor, bound - 2, bound - 1, bound, bound + 30 * factor):
+        domain, slack = proof.fix(None, checker.Duals(data, 0, own, above), goal), goal - bound
+        kept = {k for k, rc in reduced.items() if rc <= max(slack, -1)} | problem.forced
+        assert set(domain.keys.tolist()) == kept - problem.forbidden
+        used = dict(zip(domain.keys.tolist(), domain.low.tolist(), strict=True))
+        assert all(used[k] == (k in problem.forced or -reduced[k] > max(slack, -1)) for k in used)
     if factor == 2**44 and scale * problem.costs.peak > 2**61:
         assert found[-1].dtype == object
 
