@@ -23,6 +23,7 @@ FOUND = {
         b";T01 Holesize 1. = 40.0. Tolerance = +0.0/-0.0 PLATED MILS Quantity = 4\nT01\nX1Y1\nM30\n"
     ),
     "a path that begins nowhere": HEAD + b"X1Y1\nG00\nM15\nG01X5\nM16\nM30\n",
+    "an axis without a number": HEAD + b"X1Y1\nX\nY5\nM30\n",
     "huge G-code": HEAD + b"G49999999999999999999\nX1Y1\nM30\n",
 }
 

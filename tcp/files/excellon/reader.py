@@ -175,6 +175,8 @@ class Reader(Routing):
             self._barrier()
             return
         words = [(m[1].decode(), m[2] or b"") for m in _WORD.finditer(line)]
+        if words[0][0] in "GXYR" and any(c in "XYAIJ" and not text for c, text in words):
+            self.refuse("a coordinate without a number; expected digits behind X and Y")
         letter = words[0][0]
         if letter == "T":
             self.select(words)
