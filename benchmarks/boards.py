@@ -179,7 +179,7 @@ def load(out: Path) -> list[dict[str, Any]]:
     return [json.loads(line) for line in out.read_text().splitlines()] if out.exists() else []
 
 
-def table(rows: list[dict[str, Any]]) -> str:
+def table(rows: list[dict[str, Any]], note: str = "") -> str:
     """``docs/boards.md``."""
     boards: dict[str, list[dict[str, Any]]] = defaultdict(list)
     for row in rows:
@@ -216,6 +216,7 @@ def table(rows: list[dict[str, Any]]) -> str:
             "simultaneous axes, one open path a tool; *proved*: how many tools' orders are proved",
             "shortest.",
             "",
+            *([note, ""] if note else []),
             *lines,
             "",
             f"* Tools with up to 400 holes: {sum(r['optimal'] for r in small)} of {len(small)} "
@@ -257,10 +258,11 @@ def main() -> None:
     parser.add_argument("--only")
     parser.add_argument("--out", type=Path, default=ROOT / "benchmarks/results/boards.jsonl")
     parser.add_argument("--table", action="store_true")
+    parser.add_argument("--note", default="", help="A sentence about the machine, for the page.")
     given = parser.parse_args()
     if not given.table:
         run(given.limit, given.only, given.out)
-    page = table(load(given.out))
+    page = table(load(given.out), given.note)
     if given.table:
         (ROOT / "docs" / "boards.md").write_text(page)
     print(page)
