@@ -119,7 +119,7 @@ def page(records: dict[str, dict[str, Any]]) -> str:
         "",
         "## Closed tours, Euclidean distances rounded as TSPLIB does",
         "",
-        "Concorde's seconds and nodes are those published in 1999, on a 500 MHz Alpha.",
+        "Concorde's seconds and nodes are those published in 1999, on a machine of that time.",
         "",
         "| instance | published optimum | proved here | seconds | nodes | check | certificate "
         "| Concorde's seconds | nodes |",

@@ -191,7 +191,7 @@ SMALL = 16
 """Up to so many nodes the dynamic programme answers before others have set up their model."""
 
 MEDIUM = 50
-"""Up to so many nodes CP-SAT proves in about a second, and needs nothing compiled for it."""
+"""Up to so many nodes a proof costs no more than a good route, so that nobody has to ask for it."""
 
 PROVERS = ("branch-and-cut", "cp-sat", "held-karp", "positions")
 """Who proves beyond that, in order of preference."""
@@ -213,12 +213,11 @@ def choose(instance: Instance, exact: bool, certificate: bool = False) -> tuple[
         If every solver refuses the instance.
     """
     n, size = len(instance), instance.form.size
-    order = PROVERS if exact or certificate else SEEKERS
-    aim = "a certificate" if certificate else "a proof" if exact else "a good route"
+    proving = exact or certificate or size <= MEDIUM
+    order = PROVERS if proving else SEEKERS
+    aim = "a certificate" if certificate else "a proof" if proving else "a good route"
     if size <= SMALL:
         order = ("held-karp", *order)
-    elif size <= MEDIUM and not certificate:
-        order, aim = ("cp-sat", *order), "a proof in about a second"
     refusals: list[str] = []
     for name in dict.fromkeys(order):
         refusal = _refusal(name, instance)

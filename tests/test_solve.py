@@ -233,10 +233,10 @@ def grid(n):
     ("n", "how", "wanted"),
     [
         (15, {}, "held-karp"),
-        (16, {}, "cp-sat"),  # the open end is a node as well
+        (16, {}, "branch-and-cut"),  # the open end is a node as well
         (16, {"ends": Ends(closed=True)}, "held-karp"),
         (16, {"ends": Ends(closed=True), "certificate": True}, "held-karp"),
-        (40, {"exact": True}, "cp-sat"),
+        (40, {"exact": True}, "branch-and-cut"),
         (40, {"certificate": True}, "branch-and-cut"),
         (60, {"exact": True}, "branch-and-cut"),
         (60, {}, "local-search"),

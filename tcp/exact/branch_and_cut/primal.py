@@ -19,7 +19,7 @@ from tcp.travel import Ints
 START_KICKS = 8
 """Kicks per node of the start."""
 
-POLISH_KICKS = 40
+POLISH_KICKS = 120
 """Kicks per node once the root has not closed: a better route saves branches."""
 
 MOST_START_KICKS = 300_000
