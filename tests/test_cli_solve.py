@@ -279,6 +279,14 @@ def test_an_output_that_cannot_be_written_is_exit_7(tmp_path):
     assert done.exit_code == 7 and "cannot write" in done.stderr
 
 
+def test_loops_of_links_are_refused_or_replaced(tmp_path):
+    loop = tmp_path / "loop.csv"
+    loop.symlink_to(loop)
+    assert tcp("solve", loop).exit_code == 3
+    assert tcp("solve", "--out", loop, DATA / "wp1.csv").exit_code == 0
+    assert loop.read_text().count("\n") >= 9 and not loop.is_symlink()
+
+
 def test_tours_are_written_for_tsplib(tmp_path):
     out = tmp_path / "five.tour"
     assert tcp("solve", "--closed", "--out", out, DATA / "five.csv").exit_code == 0

@@ -9,6 +9,7 @@ from pathlib import Path
 import click
 
 from tcp.errors import OutputError, UsageError
+from tcp.files.write import real_path
 
 
 def on_terminal() -> bool:
@@ -65,14 +66,14 @@ def check_outputs(targets: Iterable[tuple[Path, tuple[str, ...]]], sources: Iter
     OutputError
         If an output's folder does not exist.
     """
-    inputs = {source.resolve() for source in sources}
+    inputs = {real_path(source) for source in sources}
     seen: set[Path] = set()
     for path, suffixes in targets:
         if path.exists() and not path.is_file():  # a device such as /dev/stdout
             continue
         if suffixes and not path.name.lower().endswith(suffixes):
             raise UsageError(f"{path}: expected a name that ends in {' or '.join(suffixes)}")
-        place = path.resolve()
+        place = real_path(path)
         if place in inputs:
             raise UsageError(f"{path} is an input and would be overwritten; choose another name")
         if place in seen:

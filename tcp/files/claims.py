@@ -21,6 +21,7 @@ from tcp.errors import InputError, TcpError
 from tcp.files import read
 from tcp.files.claims_schema import FORMAT, KINDS, SOURCE, Field
 from tcp.files.printed import Printed, parse_printed
+from tcp.files.write import real_path
 from tcp.instance import Ends, Instance
 from tcp.travel import Travel, parse_model
 from tcp.workpiece import INCH, Workpiece
@@ -472,8 +473,8 @@ def inside(path: Path, name: str) -> Path:
     InputError
         If it lies outside of that folder, symbolic links included.
     """
-    folder = path.resolve().parent
-    target = (folder / name).resolve()
+    folder = real_path(path).parent
+    target = real_path(folder / name)
     if not target.is_relative_to(folder) or not name:
         raise InputError(f"{name[:80]!r} leads outside of the claims file's folder")
     return target

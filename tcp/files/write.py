@@ -29,10 +29,15 @@ def write_file(
         if path.exists() and not path.is_file():
             path.write_bytes(data)
         else:
-            _replace(path.resolve(), data, check)
+            _replace(real_path(path), data, check)
     except OSError as error:
         reason = (error.strerror or str(error)).lower()
         raise OutputError(f"cannot write {path}: {reason}") from None
+
+
+def real_path(path: Path) -> Path:
+    """The path behind all symbolic links; a loop stays (``resolve`` raises)."""
+    return Path(os.path.realpath(path))
 
 
 def _replace(path: Path, data: bytes, check: Callable[[bytes], None] | None) -> None:

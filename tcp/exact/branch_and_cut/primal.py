@@ -51,7 +51,7 @@ def start(
 
 def polish(problem: Problem, incumbent: Incumbent, rng: np.random.Generator, clock: Clock) -> None:
     """Search on from the incumbent."""
-    if incumbent.cost is not None and problem.size >= 8:
+    if incumbent.cost is not None and problem.size > LIGHT:
         kicks = min(POLISH_KICKS * problem.size, MOST_START_KICKS)
         found = improve(problem.form, incumbent.tour.tolist(), rng=rng, clock=clock, kicks=kicks)
         incumbent.offer(np.array(found, np.int64))
