@@ -48,11 +48,12 @@ def test_no_exchange_of_two_edges_and_no_carried_hole_is_better(seed):
         assert form.tour_cost([*moved[:j], *tour[i : i + 1], *moved[j:]]) >= cost
 
 
-def test_small_workpieces_load_no_compiler():
+@pytest.mark.parametrize("solver", ["cp-sat", "milp"])
+def test_small_workpieces_load_no_compiler(solver):
     program = (
         "import sys, tcp; points = [(i * i % 7, i) for i in range(30)];"
         "w = tcp.Workpiece.from_decimals('w', points);"
-        "r = tcp.solve(tcp.Instance(w), exact=True);"
+        f"r = tcp.solve(tcp.Instance(w), {solver!r}, exact=True);"
         "assert r.status == 'optimal' and 'numba' not in sys.modules, r.solver"
     )
     subprocess.run([sys.executable, "-c", program], check=True, timeout=120)
