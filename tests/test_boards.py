@@ -136,14 +136,84 @@ def test_locks():
         optimise(program_of(body), Wishes(keep=frozenset({9})))
 
 
-def test_patterns_move_inside_only():
-    body = "T1\nM25\nX0Y0\nX900Y0\nX100Y0\nM01\nM02X2000\nM08\nX0Y50\n"
-    board = optimise(program_of(body), FAST)
-    assert b"M25\nX900Y0\nX100Y0\nX0Y0\nM01\nM02X2000\nM08\n" in board.data or (
-        b"M25\nX0Y0\nX100Y0\nX900Y0\nM01\nM02X2000\nM08\n" in board.data
+BLOCK = "M25\nX0Y0\nX900Y0\nX100Y0\nM01\nM02X2000\nM02X0Y9M80\nM08\n"
+
+
+def test_blocks_are_ordered_inside_and_move_as_units():
+    board = optimise(program_of("T1\nX2000Y0\n" + BLOCK + "X0Y50\nX3000Y50\n"), FAST)
+    inside = board.data[board.data.index(b"M25") : board.data.index(b"M08")]
+    assert inside in (
+        b"M25\nX0Y0\nX100Y0\nX900Y0\nM01\nM02X2000\nM02X0Y9M80\n",
+        b"M25\nX900Y0\nX100Y0\nX0Y0\nM01\nM02X2000\nM02X0Y9M80\n",
     )
+    assert board.data.index(b"X0Y50") < board.data.index(b"M25")
+    assert board.data.index(b"X2000Y0\nX3000Y50") > board.data.index(b"M08")
     assert board.costs_after.total < board.costs_before.total
-    assert board.parts[0].bound is None
+    assert board.parts[0].bound <= board.parts[0].after
+    assert board.after.hits == board.before.hits == 12
+    assert not optimise(board.after, FAST).changed
+
+
+@pytest.mark.parametrize(
+    "body",
+    [
+        f"T1\n{BLOCK.replace('M01', 'M47,stop' + chr(10) + 'M01')}X0Y50\nX3000Y50\n",
+        f"T1\n{BLOCK.removesuffix('M08' + chr(10))}{BLOCK}X0Y50\nX3000Y50\n",
+        f"T1\nM47,a\n{BLOCK}M47,b\nX3000Y50\n",
+    ],
+    ids=["a message inside", "no M08", "messages around"],
+)
+def test_blocks_that_lean_on_their_place_stay(body):
+    board = optimise(program_of(body), FAST)
+    texts = [p.document.data for p in (board.before, board.after)]
+    assert len({t[: t.index(b"M25")] for t in texts}) == 1
+    assert len({t[t.index(b"M02X0Y9M80") :].split(b"\n")[1] for t in texts}) == 1
+
+
+def test_bent_paths_move_in_their_direction():
+    def path(*places: tuple[int, int]) -> str:
+        (x, y), *rest = places
+        moves = "".join(f"G01X{a}Y{b}\n" for a, b in rest)
+        return f"G00X{x}Y{y}\nM15\n{moves}M16\nG05\n"
+
+    ways = [
+        [(0, 0), (5, 9), (90, 0)],
+        [(300, 0), (305, 9), (210, 0)],
+        [(100, 0), (150, 9), (200, 0)],
+    ]
+    board = optimise(program_of("T1\n" + "".join(path(*way) for way in ways)), FAST)
+    assert board.proved and board.changed
+    best = min(length([p for way in order for p in way]) for order in itertools.permutations(ways))
+    assert board.costs_after.total == best
+    assert not optimise(board.after, FAST).changed
+
+
+DIRECTED = st.lists(
+    st.tuples(
+        st.booleans(), st.lists(st.tuples(*[st.integers(0, 30)] * 2), min_size=3, max_size=3)
+    ),
+    min_size=2,
+    max_size=5,
+)
+
+
+@settings(max_examples=25, deadline=None)
+@given(DIRECTED)
+def test_directed_units_never_make_a_board_longer_or_a_bound_false(units):
+    body = "T1\n"
+    for bent, ((x, y), (a, b), (c, d)) in units:
+        bend = f"G01X{a}Y{b}\n" if bent else ""
+        body += f"G00X{x}Y{y}\nM15\n{bend}G01X{c}Y{d}\nM16\nG05\n"
+    board = optimise(program_of(body), FAST)
+    best = min(
+        length([p for places in picks for p in places])
+        for order in itertools.permutations(units)
+        for picks in itertools.product(
+            *([way] if bent else [way[::2], way[::-2]] for bent, way in order)
+        )
+    )
+    assert board.parts[0].bound <= best <= board.costs_after.total <= board.costs_before.total
+    assert not board.proved or board.costs_after.total == best
 
 
 def test_nothing_better_keeps_the_file():

@@ -9,6 +9,7 @@ import pytest
 from tcp.errors import InputError, UsageError
 from tcp.files import excellon, gcode
 from tcp.files.excellon import Hints, Mark, guard, rewrite
+from tcp.files.excellon.blocks import folded
 from tcp.files.excellon.rewrite import Turn
 
 HEAD = b"M48\nINCH,TZ\nT1C.02\n%\nT1\n"
@@ -24,6 +25,7 @@ FOUND = {
     ),
     "a path that begins nowhere": HEAD + b"X1Y1\nG00\nM15\nG01X5\nM16\nM30\n",
     "an axis without a number": HEAD + b"X1Y1\nX\nY5\nM30\n",
+    "a format of too many digits": b"M48\n;FILE_FORMAT=8:4\nINCH\nT1C.02\n%\nT1\nX1Y1\nM30\n",
     "huge G-code": HEAD + b"G49999999999999999999\nX1Y1\nM30\n",
 }
 
@@ -79,14 +81,14 @@ def test_mutated_files_are_refused_or_kept_whole(seed):
         except InputError as refusal:
             assert "\n" not in str(refusal)
             continue
-        orders = {}
-        for a, b in program.stretches():
-            orders[a] = [Turn(row, bool(program.rows.mark[row] & Mark.FREE)) for row in range(a, b)]
+        orders, view = {}, folded(program)
+        for a, b in view.stretches():
+            orders[a] = [Turn(row, bool(view.rows.mark[row] & Mark.FREE)) for row in range(a, b)]
             rng.shuffle(orders[a])
         writer, judge = (gcode, gcode) if language is gcode else (rewrite, guard)
         assert writer.reorder(program, {}) == text
         try:
-            other = writer.reorder(program, orders)
+            other = writer.reorder(view, orders)
         except UsageError:
             continue
         judge.compare(program, language.parse(other, "f.drl", Hints(unfinished=True)))

@@ -16,6 +16,7 @@ from tcp.files.excellon import (
     Digits,
     Hints,
     Kind,
+    Mark,
     Units,
     Zeros,
     choose_tool,
@@ -257,15 +258,34 @@ def test_slots_paths_and_canned_cycles():
     assert (program.hits, program.slots, program.routed) == (2, 1, 2)
     kinds = [Kind(k) for k in program.rows.kind.tolist()]
     assert kinds == [Kind.SLOT, Kind.CANNED, Kind.HIT, Kind.ROUTE, Kind.ROUTE, Kind.HIT]
-    assert len(set(program.rows.stretch.tolist())) == 6
+    assert program.rows.stretch.tolist() == [0, 1, 2, 3, 3, 4]
 
 
-def test_straight_paths_share_a_stretch_and_bent_ones_do_not():
+def test_paths_share_a_stretch_and_straight_ones_are_free():
     def path(x: int, more: str = "") -> str:
         return f"G00X{x}Y0\nM15\nG01X{x}Y900\n{more}M16\nG05\n"
 
     program = read("T1\n" + path(1) + path(2) + path(3, "X9\n") + path(4))
-    assert program.rows.stretch.tolist() == [0, 0, 1, 2]
+    assert program.rows.stretch.tolist() == [0, 0, 0, 0]
+    free = [bool(mark & Mark.FREE) for mark in program.rows.mark.tolist()]
+    assert free == [True, True, False, True]
+
+
+@pytest.mark.parametrize(
+    "inside", ["F100\n", "M47,look\n", "G41\n", "G93X0Y0\n"], ids=lambda text: text.strip()
+)
+def test_a_path_with_a_command_that_outlasts_it_stays(inside):
+    path = "G00X{}Y0\nM15\n{}G01X{}Y9\nM16\nG05\n"
+    program = read(
+        "T1\n" + path.format(1, "", 1) + path.format(2, inside, 2) + path.format(3, "", 3)
+    )
+    assert len(set(program.rows.stretch.tolist())) == 3
+    assert program.rows.mark[1] & Mark.FIXED
+
+
+def test_a_path_that_leans_on_the_mode_before_it_stays():
+    program = read("T1\nG00X1Y0\nM15\nM16\nX5Y0\nM15\nG01X5Y9\nM16\nG05\n")
+    assert not program.rows.mark[0] & Mark.FIXED and program.rows.mark[1] & Mark.FIXED
 
 
 def test_m00_changes_tools_in_allegro_files():

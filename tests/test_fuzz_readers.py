@@ -62,3 +62,12 @@ def test_csv(folder, data):
 @example(head + b"EXPLICIT\nEDGE_WEIGHT_FORMAT: FULL_MATRIX\nEDGE_WEIGHT_SECTION\n")
 def test_tsplib(folder, data):
     judged(folder, "f.tsp", data)
+
+
+def test_a_drawing_that_its_parser_stumbles_over_is_refused(tmp_path):
+    """What the fuzzer found: ezdxf raises IndexError for a header that ends early."""
+    pytest.importorskip("ezdxf", reason="DXF needs ezdxf")
+    path = tmp_path / "f.dxf"
+    path.write_bytes(b"0\nSECTION\n2\nHEADER\n9\n$ACADVER\n0\nAC1T\n8\n0\n0\nENDSEC\n0\nEOF\n")
+    with pytest.raises(InputError, match="is no DXF drawing"):
+        read(path)

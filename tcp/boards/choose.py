@@ -106,8 +106,10 @@ def part_rows(program: Program) -> list[tuple[int, tuple[int, int]]]:
 
 
 def _reversible(mine: list[Solved], rows: tuple[int, int]) -> bool:
-    """Whether one stretch without fixed ends is all that a selection does."""
-    return len(mine) == 1 and (mine[0].stretch.first, mine[0].stretch.last) == rows
+    """Whether one stretch without fixed ends or directed units is all that a selection does."""
+    if len(mine) != 1 or (mine[0].stretch.first, mine[0].stretch.last) != rows:
+        return False
+    return not mine[0].stretch.directed().any()
 
 
 def _candidates(

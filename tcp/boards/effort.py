@@ -86,7 +86,7 @@ def answer(
         Where to write the proof, if there is one.
     """
     seconds = LIMITS[effort] if limit is None else limit
-    best = _as_it_stands(instance, as_is)
+    best = as_it_stands(instance, as_is)
     if best.optimal and certificate is None:
         return best
     if instance.form.size <= SMALL:
@@ -124,7 +124,7 @@ def _bounded(instance: Instance, best: Answer, seconds: float) -> Answer:
     return replace(best, bound=bound, proof=proof, seconds=best.seconds + clock.elapsed)
 
 
-def _as_it_stands(instance: Instance, route: tuple[int, ...]) -> Answer:
+def as_it_stands(instance: Instance, route: tuple[int, ...]) -> Answer:
     """The file's own order; one or two holes are optimal in any."""
     cost = instance.cost(route)
     bound = cost if len(route) <= 2 or cost == 0 else None

@@ -7,20 +7,23 @@ file's own order is a candidate everywhere.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from pathlib import Path
 
+from tcp.boards.bound import loose_bound, path_bound
 from tcp.boards.chain import Stops, ToolOrder
 from tcp.boards.choose import Solved, choose, least_links, part_rows
-from tcp.boards.effort import Effort, answer
+from tcp.boards.directed import FEW, legal, shortest
+from tcp.boards.effort import BOUND_SHARE, LIMITS, Answer, Effort, answer, as_it_stands
 from tcp.boards.machine import Machine
 from tcp.boards.stretch import Stretch, anchored, free_runs
-from tcp.boards.trail import Costs, Point, measure, on_grid, rule_for
-from tcp.boards.versions import by_old_number, prepared, rewritten
+from tcp.boards.trail import Costs, Point, follow, measure, on_grid, rule_for
+from tcp.boards.versions import by_old_number, inside_out, prepared, rewritten
 from tcp.errors import UsageError
 from tcp.files.drilling import compare
 from tcp.files.excellon import Program
+from tcp.files.excellon.blocks import folded
 from tcp.files.excellon.guard import LostError
 from tcp.files.excellon.program import Place
 from tcp.files.excellon.settings import Hints
@@ -105,6 +108,9 @@ class Part:
         What was solved; empty where the order is locked or leaves no choice.
     locked : bool
         Whether the user locked it.
+    proved : bool
+        Whether the shortest order is known.  It may differ from the one chosen:
+        where the way to the next tool weighs more, the file's own order is kept.
     """
 
     number: int
@@ -116,6 +122,7 @@ class Part:
     proof: Proof = Proof.NONE
     solved: tuple[Solved, ...] = ()
     locked: bool = False
+    proved: bool = False
 
     @property
     def seconds(self) -> float:
@@ -126,17 +133,6 @@ class Part:
     def optimal(self) -> bool:
         """Whether its order is shortest."""
         return self.bound is not None and self.bound >= self.after
-
-    @property
-    def proved(self) -> bool:
-        """Whether the shortest order is known.
-
-        It may differ from the one chosen: where the way to the next tool
-        weighs more, the file's own order is kept.
-        """
-        if self.locked or not self.solved:
-            return True
-        return self.bound is not None and all(s.answer.optimal for s in self.solved)
 
 
 @dataclass(frozen=True, eq=False)
@@ -237,10 +233,12 @@ def optimise(
     wishes, original = wishes or Wishes(), program
     program, notes = prepared(program, wishes.merge, wishes.expand, hints)
     rule = rule_for(program, wishes.machine.travel, (wishes.start, wishes.park))
-    solved, interrupted = _solve_all(program, wishes, news)
-    choice = choose(program, rule, solved, stops(program, wishes), wishes.tool_order)
-    after = rewritten(program, choice, hints)
     costs = measure(program, rule, wishes.start, wishes.park)
+    program = inside_out(program, rule, _solve_inside(program, wishes, news), hints)
+    view = folded(program)
+    solved, interrupted = _solve_all(view, wishes, news)
+    choice = choose(view, rule, solved, stops(program, wishes), wishes.tool_order)
+    after = rewritten(program, view, choice, hints)
     costs_after = measure(after, rule, wishes.start, wishes.park)
     ended = by_old_number(costs_after, choice)
     if costs_after.total > costs.total and wishes.tool_order is not ToolOrder.ASCENDING:
@@ -249,8 +247,8 @@ def optimise(
     if not (wishes.merge or wishes.expand) and choice.sequence == tuple(sorted(choice.sequence)):
         guard = "same"
     compare(original, after, text=guard)
-    parts = _parts(program, wishes, costs, ended, choice.shortest, solved)
-    links = least_links(program, rule, stops(program, wishes), wishes.tool_order)
+    parts = _parts(view, rule, wishes, costs, ended, choice.shortest, solved)
+    links = least_links(view, rule, stops(program, wishes), wishes.tool_order)
     return Board(
         before=original,
         after=after,
@@ -268,15 +266,34 @@ def optimise(
     )
 
 
+def _solve_inside(program: Program, wishes: Wishes, news: News | None) -> list[Solved]:
+    """Solve what is inside step-and-repeat blocks that move as units."""
+    runs = free_runs(program, locked_parts(program, wishes), 0)
+    blocks = [p for p in program.patterns if p.movable and p.first >= wishes.keep_first]
+    inner = [run for run in runs if any(b.first <= run[0] < b.last for b in blocks)]
+    return _solve_runs(program, inner, replace(wishes, certificates=None), news)[0]
+
+
 def _solve_all(program: Program, wishes: Wishes, news: News | None) -> tuple[list[Solved], bool]:
     """Solve every stretch, in file order; stop early on Ctrl-C."""
-    locked = locked_parts(program, wishes)
-    runs = free_runs(program, locked, wishes.keep_first)
+    runs = free_runs(program, locked_parts(program, wishes), wishes.keep_first)
+    return _solve_runs(program, runs, wishes, news)
+
+
+def _solve_runs(
+    program: Program, runs: list[tuple[int, int]], wishes: Wishes, news: News | None
+) -> tuple[list[Solved], bool]:
+    """Solve some stretches; whether Ctrl-C came, after which the rest stays as it is."""
     ends: dict[int, Place] = {}
     solved: list[Solved] = []
+    interrupted = False
     for run in runs:
         stretch = anchored(program, run, runs, ends)
         instance = stretch.instance(wishes.machine.travel)
+        if interrupted:
+            kept = as_it_stands(instance, stretch.order(stretch.as_is()))
+            solved.append(Solved(stretch, kept, tuple(stretch.as_is())))
+            continue
         as_is = stretch.order(stretch.as_is())
         name = f"T{program.rows.tool[run[0]]}"
 
@@ -293,12 +310,33 @@ def _solve_all(program: Program, wishes: Wishes, news: News | None) -> tuple[lis
             report,
             _certificate(wishes.certificates, program, stretch, solved),
         )
-        turns = stretch.as_is() if found.route == as_is else stretch.turns(found.route)
-        ends[run[1] - 1] = stretch.ends(turns)[1]
-        solved.append(Solved(stretch, found, tuple(turns)))
-        if found.interrupted:
-            return solved, True
-    return solved, False
+        solved.append(_legal(stretch, instance, found))
+        ends[run[1] - 1] = stretch.ends(list(solved[-1].turns))[1]
+        interrupted = found.interrupted
+    return solved, interrupted
+
+
+def _legal(stretch: Stretch, instance: Instance, found: Answer) -> Solved:
+    """The order that an answer stands for, its directed units the right way round."""
+    as_is = stretch.as_is()
+    kept = stretch.order(as_is)
+    if found.route == kept:
+        return Solved(stretch, found, tuple(as_is))
+    turns = legal(stretch, instance, stretch.turns(found.route))
+    route = stretch.order(turns)
+    if route == found.route:
+        return Solved(stretch, found, tuple(turns))
+    if len(stretch) <= FEW:
+        turns = shortest(stretch, instance)
+        route = stretch.order(turns)
+        found = replace(found, bound=instance.cost(route), proof=Proof.TRUSTED)
+    if instance.cost(route) >= instance.cost(kept):
+        turns, route = as_is, kept
+    cost = instance.cost(route)
+    closed = found.bound is not None and found.bound >= cost
+    proof, certificate = (found.proof, found.certificate) if closed else (Proof.NONE, None)
+    answered = replace(found, route=route, cost=cost, proof=proof, certificate=certificate)
+    return Solved(stretch, answered, tuple(turns))
 
 
 def _certificate(
@@ -336,6 +374,7 @@ def stops(program: Program, wishes: Wishes) -> Stops:
 
 def _parts(
     program: Program,
+    rule: CostRule,
     wishes: Wishes,
     before: Costs,
     after: Costs,
@@ -343,12 +382,18 @@ def _parts(
     solved: list[Solved],
 ) -> tuple[Part, ...]:
     """What became of each selection that does any work."""
-    locked, times = locked_parts(program, wishes), program.times()
+    locked, times, trail = locked_parts(program, wishes), program.times(), follow(program)
+    seconds = BOUND_SHARE * (wishes.time_limit or LIMITS[wishes.effort])
+    if any(s.answer.interrupted for s in solved):
+        seconds = 0.1
     found = []
     for number, (a, b) in part_rows(program):
         mine = tuple(s for s in solved if a <= s.stretch.first < b)
-        bound = _bound(program, (a, b), mine, shortest.parts[number])
+        bound = path_bound(program, (a, b), mine, shortest.parts[number])
         closed = bound is not None and all(s.answer.optimal for s in mine)
+        if bound is None:
+            bound = loose_bound(program, trail, number, wishes.machine.travel, rule, seconds)
+            closed = bound >= after.parts[number]
         found.append(
             Part(
                 number=number,
@@ -360,6 +405,7 @@ def _parts(
                 proof=_weakest(mine) if closed else Proof.NONE,
                 solved=mine,
                 locked=number in locked,
+                proved=closed or number in locked,
             )
         )
     return tuple(found)
@@ -369,20 +415,3 @@ def _weakest(mine: tuple[Solved, ...]) -> Proof:
     """Certified if every stretch is."""
     certified = mine and all(s.answer.proof is Proof.CERTIFIED for s in mine)
     return Proof.CERTIFIED if certified else Proof.TRUSTED
-
-
-def _bound(
-    program: Program, rows: tuple[int, int], mine: tuple[Solved, ...], shortest: int
-) -> int | None:
-    """What a selection's path takes at least, given what stays in place.
-
-    With all stretches in their new order the path takes ``shortest``, and each
-    stretch could be shorter by no more than its gap.  A pattern that is
-    repeated, and a stretch next to another one, have no bound of their own.
-    """
-    if any(p.first < rows[1] and rows[0] < p.last for p in program.patterns):
-        return None
-    if any(s.stretch.chained or s.answer.bound is None for s in mine):
-        return None
-    slack = sum(s.answer.cost - (s.answer.bound or 0) for s in mine)
-    return max(0, shortest - slack)

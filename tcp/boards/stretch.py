@@ -1,8 +1,10 @@
 """A stretch of free order as an instance, and an instance's route as a new order.
 
-A hole is one node.  A slot, a straight routed path and a hole with repeats are
-two nodes that must follow each other (``Rules.together``): the solver may
-enter at either end.  Units that stay where they are before and after the
+A hole is one node.  A slot, a routed path, a hole with repeats and a
+step-and-repeat block are two nodes that must follow each other
+(``Rules.together``): the solver may enter at either end, and
+:mod:`tcp.boards.directed` turns those round that may be entered at their
+first end only.  Units that stay where they are before and after the
 stretch, under the same tool, become its fixed ends.
 """
 
@@ -11,6 +13,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from tcp.files.excellon import Mark, Program
 from tcp.files.excellon.document import Ints
@@ -62,6 +65,13 @@ class Stretch:
         pairs = tuple((int(b) - 1, int(b)) for b in second)
         return x, y, unit, pairs
 
+    def directed(self) -> NDArray[np.bool_]:
+        """Units that can be entered at their first end only."""
+        rows, part = self.program.rows, slice(self.first, self.last)
+        two = (rows.x1[part] != rows.x2[part]) | (rows.y1[part] != rows.y2[part])
+        one_way: NDArray[np.bool_] = two & ((rows.mark[part] & Mark.FREE) == 0)
+        return one_way
+
     def instance(self, travel: Travel) -> Instance:
         """The stretch as a problem: an open path over its nodes."""
         x, y, _, pairs = self.nodes()
@@ -109,11 +119,11 @@ class Stretch:
         return [Turn(row) for row in range(self.first, self.last)]
 
     def backwards(self, turns: list[Turn]) -> list[Turn]:
-        """The same path from its other end."""
+        """The same path from its other end; not for stretches with directed units."""
         rows = self.program.rows
-        directed = (rows.mark[self.first : self.last] & Mark.FREE) != 0
+        free = (rows.mark[self.first : self.last] & Mark.FREE) != 0
         return [
-            Turn(t.row, not t.reverse if directed[t.row - self.first] else False)
+            Turn(t.row, not t.reverse if free[t.row - self.first] else False)
             for t in reversed(turns)
         ]
 

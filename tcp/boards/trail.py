@@ -14,9 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tcp.errors import UsageError
-from tcp.files.excellon import Kind, Program
+from tcp.files.excellon import Program
+from tcp.files.excellon.blocks import places
 from tcp.files.excellon.document import Ints
-from tcp.files.excellon.program import repeated
 from tcp.travel import CostRule, Travel
 
 Point = tuple[Fraction, Fraction]
@@ -51,48 +51,18 @@ def follow(program: Program) -> Trail:
     pieces: list[tuple[Ints, Ints, Ints]] = []
     at = 0
     for pattern in program.patterns:
-        pieces.append(_rows(program, at, pattern.first))
-        block = _rows(program, pattern.first, pattern.last)
+        pieces.append(places(program, at, pattern.first))
+        block = places(program, pattern.first, pattern.last)
         pieces.append(block)
         for copy in pattern.copies:
             x, y = copy.place(block[0], block[1])
             pieces.append((x, y, block[2]))
         at = pattern.last
-    pieces.append(_rows(program, at, len(program.rows)))
+    pieces.append(places(program, at, len(program.rows)))
     x, y, row = (np.concatenate(c) for c in zip(*pieces, strict=True))
     firsts = np.array([s.first for s in program.selections], dtype=np.int64)
     part = np.searchsorted(firsts, row, side="right") - 1
     return Trail(x, y, part, row)
-
-
-def _rows(program: Program, first: int, last: int) -> tuple[Ints, Ints, Ints]:
-    """Positions of some units: one for a hole, its ends for a slot, all for a path."""
-    rows = program.rows
-    if last == first:
-        none = np.zeros(0, dtype=np.int64)
-        return none, none, none
-    two = rows.kind[first:last] == Kind.SLOT
-    long = {
-        row: [(m.x, m.y) for m in moves]
-        for row, moves in program.routes.items()
-        if first <= row < last and rows.kind[row] == Kind.ROUTE
-    }
-    for row, repeats in program.repeats.items():
-        if first <= row < last:
-            long[row] = list(repeated(int(rows.x1[row]), int(rows.y1[row]), repeats))
-    count = np.where(two, 2, 1)
-    for row, places in long.items():
-        count[row - first] = len(places)
-    begin = np.concatenate(([0], np.cumsum(count)))
-    x, y = np.empty(begin[-1], dtype=np.int64), np.empty(begin[-1], dtype=np.int64)
-    x[begin[:-1]], y[begin[:-1]] = rows.x1[first:last], rows.y1[first:last]
-    ends = begin[1:][two] - 1
-    x[ends], y[ends] = rows.x2[first:last][two], rows.y2[first:last][two]
-    for row, places in long.items():
-        at = begin[row - first]
-        x[at : at + len(places)] = [p[0] for p in places]
-        y[at : at + len(places)] = [p[1] for p in places]
-    return x, y, np.repeat(np.arange(first, last), count)
 
 
 def rule_for(program: Program, travel: Travel, points: tuple[Point | None, ...] = ()) -> CostRule:

@@ -5,14 +5,18 @@ Each version is written, read back and compared before the next one is made.
 
 from __future__ import annotations
 
-from tcp.boards.choose import Choice
-from tcp.boards.trail import Costs
+from collections.abc import Sequence
+
+from tcp.boards.choose import Choice, Solved, permuted
+from tcp.boards.trail import Costs, measure
 from tcp.errors import UsageError
 from tcp.files.drilling import compare, reordered, reparse
 from tcp.files.excellon import Program
 from tcp.files.excellon.edit import expand, merge_selections, move_sections
+from tcp.files.excellon.rewrite import Turn
 from tcp.files.excellon.settings import Hints
 from tcp.files.gcode import GProgram
+from tcp.travel import CostRule
 
 
 def prepared(
@@ -34,11 +38,40 @@ def prepared(
     return program, notes
 
 
-def rewritten(program: Program, choice: Choice, hints: Hints | None) -> Program:
-    """The board with its stretches, and its tools, in the chosen order."""
+def inside_out(
+    program: Program, rule: CostRule, solved: list[Solved], hints: Hints | None
+) -> Program:
+    """The board with the insides of its step-and-repeat blocks in a new order.
+
+    A shorter way through a block may make the way from one copy to the next
+    longer, so each new order, and its reverse, counts by the whole board.
+    """
+    orders: dict[int, Sequence[Turn]] = {}
+    least = measure(program, rule).total
+    for one in solved:
+        turns = list(one.turns)
+        ways = [turns]
+        if not one.stretch.directed().any():
+            ways.append(one.stretch.backwards(turns))
+        for way in ways:
+            total = measure(permuted(program, orders | {one.stretch.first: way}), rule).total
+            if total < least:
+                least, orders[one.stretch.first] = total, way
+    if not orders:
+        return program
+    after = reparse(reordered(program, orders), program, hints)
+    compare(program, after)
+    return after
+
+
+def rewritten(program: Program, view: Program, choice: Choice, hints: Hints | None) -> Program:
+    """The board with its stretches, and its tools, in the chosen order.
+
+    ``view`` is the program with its blocks folded: what the choice is about.
+    """
     after = program
     if choice.orders:
-        after = reparse(reordered(program, choice.orders), program, hints)
+        after = reparse(reordered(view, choice.orders), program, hints)
         compare(program, after)
     busy = choice.sequence
     if isinstance(program, GProgram) and busy != tuple(sorted(busy)):

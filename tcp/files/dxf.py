@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from fractions import Fraction
 from pathlib import Path
+from typing import Any
 
 from tcp.errors import InputError, UsageError
 from tcp.files.layered import STEP, Drill, reading
@@ -29,13 +30,15 @@ def read(path: Path, *, units: str | None = None, tool: str | int | None = None)
         raise UsageError("DXF needs ezdxf: pip install 'tcp-drill[dxf]'") from None
     try:
         drawing = ezdxf.readfile(path)
+        found = [_circle(entity) for entity in drawing.modelspace().query("CIRCLE POINT")]
     except OSError as error:
         if error.errno is None:  # how ezdxf says it
             raise InputError("is no DXF drawing", path) from None
         reason = (error.strerror or str(error)).lower()
         raise InputError(f"cannot be read: {reason}", path) from None
-    except (ezdxf.DXFError, UnicodeDecodeError, ValueError) as error:
-        raise InputError(f"is no DXF drawing: {str(error).splitlines()[0]}", path) from None
+    except Exception as error:  # ezdxf's parser raises whatever it stumbles over
+        reason = " ".join(str(error).split())[:200]
+        raise InputError(f"is no DXF drawing: {reason}", path) from None
     stated = MM.get(drawing.header.get("$INSUNITS", 0))
     asked = None if units is None else MM[1 if units == "inch" else 4]
     if stated is None and asked is None:
@@ -44,20 +47,17 @@ def read(path: Path, *, units: str | None = None, tool: str | int | None = None)
         raise InputError(f"the drawing states other units than --units {units}", path)
     unit = stated or asked or Fraction(1)
     drills = [
-        Drill(
-            _nm(place.x, unit),
-            _nm(place.y, unit),
-            2 * _nm(size, unit) * STEP,
-            str(entity.dxf.layer),
-        )
-        for entity in drawing.modelspace().query("CIRCLE POINT")
-        for place, size in [
-            (entity.dxf.center, entity.dxf.radius)
-            if entity.dxftype() == "CIRCLE"
-            else (entity.dxf.location, 0.0)
-        ]
+        Drill(_nm(x, unit), _nm(y, unit), 2 * _nm(radius, unit) * STEP, layer)
+        for x, y, radius, layer in found
     ]
     return reading(path, drills, tool)
+
+
+def _circle(entity: Any) -> tuple[float, float, float, str]:
+    """Centre, radius and layer of a circle; a point is one without extent."""
+    circle = entity.dxftype() == "CIRCLE"
+    place = entity.dxf.center if circle else entity.dxf.location
+    return place.x, place.y, entity.dxf.radius if circle else 0.0, str(entity.dxf.layer)
 
 
 def _nm(value: float, unit: Fraction) -> int:

@@ -13,6 +13,7 @@ from collections import Counter
 import numpy as np
 
 from tcp.errors import TcpError
+from tcp.files.excellon.blocks import folded
 from tcp.files.excellon.document import Ints, ending
 from tcp.files.excellon.numbers import PLACES
 from tcp.files.excellon.program import Copy, Kind, Mark, Motion, Program, repeated
@@ -132,10 +133,27 @@ def paths(program: Program) -> Counter[tuple[int, tuple[Motion, ...]]]:
 def _same_text(before: Program, after: Program, text: str) -> bool:
     if text == "free":
         return True
-    a, b = list(_around(before)), list(_around(after))
     if text == "moved":
-        return Counter(b"".join(a).splitlines()) == Counter(b"".join(b).splitlines())
+        lines = [Counter(b"".join(_around(p)).splitlines()) for p in (before, after)]
+        return lines[0] == lines[1]
+    if _insides(before) != _insides(after):
+        return False
+    before, after = folded(before), folded(after)
+    a, b = list(_around(before)), list(_around(after))
     return a == b and _endings(before) == _endings(after)
+
+
+def _insides(program: Program) -> Counter[tuple[bytes, ...]]:
+    """The text between the units of each movable block, from its M25 to its M08."""
+    rows, starts, data = program.rows, program.document.starts, program.document.data
+    found = Counter[tuple[bytes, ...]]()
+    for block in program.patterns:
+        if block.movable:
+            part = slice(block.first, block.last)
+            begin = [starts[block.lines[0]], *starts[rows.last[part]]]
+            stop = [*starts[rows.first[part]], starts[block.lines[1] + 1]]
+            found[tuple(data[i:j] for i, j in zip(begin, stop, strict=True) if i < j)] += 1
+    return found
 
 
 def _around(program: Program) -> list[bytes]:

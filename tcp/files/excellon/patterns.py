@@ -49,9 +49,11 @@ class Patterns(State):
 
     def _pattern_code(self, code: int, rest: Words) -> None:
         self._barrier()
+        self.pattern_codes += 1
         here = len(self.columns[0])
         if code == 25:
             self._close_pattern()
+            self.pattern_codes, self.pattern_enter = 1, self.barrier - 1
             self.pattern_from, self.pattern_line = here, self.at
             self.pattern = None
         elif code == 1:
@@ -62,7 +64,7 @@ class Patterns(State):
         elif code == 8:
             if self.pattern_from is not None:
                 self.refuse("M08 ends step and repeat, but the pattern's M01 is missing")
-            self._close_pattern()
+            self._close_pattern(by_name=True)
         elif rest:
             self._copy(rest)
         elif self.pattern is None:

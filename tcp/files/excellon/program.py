@@ -32,6 +32,7 @@ class Kind(IntEnum):
     SLOT = 2
     ROUTE = 3
     CANNED = 4
+    BLOCK = 5  # a whole step-and-repeat block, in a folded program
 
 
 class Mark(IntFlag):
@@ -112,12 +113,28 @@ class Copy:
 
 @dataclass(frozen=True)
 class Pattern:
-    """A step-and-repeat block: units ``first .. last - 1``, drilled once and once a copy."""
+    """A step-and-repeat block: units ``first .. last - 1``, drilled once and once a copy.
+
+    Parameters
+    ----------
+    first, last : int
+        Its units.
+    copies : tuple of Copy
+        What is repeated.
+    lines : (int, int)
+        Its first line (M25) and its last (M08).
+    movable : bool
+        Whether the block as a whole depends on nothing around it, and nothing on it.
+    joins : (bool, bool)
+        Whether the units before and behind it may change places with it.
+    """
 
     first: int
     last: int
     copies: tuple[Copy, ...]
     lines: tuple[int, int]
+    movable: bool = False
+    joins: tuple[bool, bool] = (False, False)
 
 
 @dataclass(frozen=True)
@@ -176,6 +193,8 @@ class Program:
         Tool selections in file order.
     notes : tuple of str
         Warnings and choices worth telling.
+    weights : mapping of row to int
+        Holes that a folded step-and-repeat block makes; see ``blocks.folded``.
     """
 
     path: Path
@@ -190,6 +209,7 @@ class Program:
     patterns: tuple[Pattern, ...]
     selections: tuple[Selection, ...]
     notes: tuple[str, ...] = field(default=())
+    weights: Mapping[int, int] = field(default_factory=dict)
 
     @property
     def hits(self) -> int:
@@ -216,6 +236,8 @@ class Program:
         times = np.ones(len(self.rows), dtype=np.int64)
         for row, repeats in self.repeats.items():
             times[row] += sum(r.count for r in repeats)
+        for row, count in self.weights.items():
+            times[row] = count
         for pattern in self.patterns:
             times[pattern.first : pattern.last] *= 1 + len(pattern.copies)
         return times

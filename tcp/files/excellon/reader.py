@@ -9,6 +9,7 @@ through the lines.  Plain hits, nearly all of a file, take a short path.
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -241,7 +242,7 @@ class Reader(Routing):
                 return
         letters = "".join(letter for letter, _ in words)
         if self.mode == ROUT:
-            self._route(self.motion, words)
+            self._route(self.motion, words, named=False)
         elif letters in ("X", "Y", "XY", "YX"):
             found = dict(words)
             self._hit(found.get("X"), found.get("Y"))
@@ -289,6 +290,7 @@ class Reader(Routing):
         settings = self.settings
         assert settings.units.value is not None
         finer = 10 ** (PLACES - settings.places)
+        rows = self._rows(finer)
         return Program(
             path=self.path,
             document=self.document,
@@ -296,13 +298,13 @@ class Reader(Routing):
             step=settings.units.value.in_mm / 10**settings.places,
             style=settings.style(),
             tools=dict(self.tools),
-            rows=self._rows(finer),
+            rows=rows,
             repeats={
                 row: tuple(Repeat(r.count, r.dx // finer, r.dy // finer, r.line) for r in found)
                 for row, found in self.repeats.items()
             },
             routes={row: _coarsen(moves, finer) for row, moves in self.routes.items()},
-            patterns=tuple(_coarser(p, finer) for p in self.patterns),
+            patterns=self._patterns(rows, finer),
             selections=tuple(self.selections),
             notes=tuple(self.notes),
         )
@@ -328,6 +330,31 @@ class Reader(Routing):
             np.concatenate(([0], np.cumsum(edge))),
         )
 
+    def _patterns(self, rows: Columns, finer: int) -> tuple[Pattern, ...]:
+        """The step-and-repeat blocks, and which of them may move among what."""
+        found: list[Pattern] = []
+        barrier, loose = self.columns[9], self._loose(rows)
+        for pattern, (enter, leave, alone) in zip(self.patterns, self.gates, strict=True):
+            part = slice(pattern.first, pattern.last)
+            movable = alone and bool(loose[part].all()) and pattern.first < pattern.last
+            if found and found[-1].lines[1] == pattern.lines[0]:
+                movable = False  # its M25 also ends the block before
+            before, behind = pattern.first - 1, pattern.last
+            beside = before >= 0 and loose[before] and barrier[before] == enter
+            if found and found[-1].last == pattern.first:
+                beside = found[-1].movable and self.gates[len(found) - 1][1] == enter
+            follows = behind < len(rows) and loose[behind] and barrier[behind] == leave
+            joins = (movable and bool(beside), movable and bool(follows))
+            found.append(_coarser(replace(pattern, movable=movable, joins=joins), finer))
+        return tuple(found)
+
+    def _loose(self, rows: Columns) -> NDArray[np.bool_]:
+        """Units that may stand beside a block: hits and slots in absolute coordinates."""
+        plain = (rows.kind == Kind.HIT) | (rows.kind == Kind.SLOT)
+        lean = np.bitwise_and(rows.mark, int(Mark.FIXED | Mark.INCREMENTAL))
+        loose: NDArray[np.bool_] = plain & (lean == 0)
+        return loose
+
 
 def _coarsen(moves: tuple[Motion, ...], finer: int) -> tuple[Motion, ...]:
     return tuple(
@@ -340,4 +367,4 @@ def _coarser(pattern: Pattern, finer: int) -> Pattern:
     copies = tuple(
         Copy(c.dx // finer, c.dy // finer, c.swap, c.mirror_x, c.mirror_y) for c in pattern.copies
     )
-    return Pattern(pattern.first, pattern.last, copies, pattern.lines)
+    return replace(pattern, copies=copies)

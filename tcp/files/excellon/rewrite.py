@@ -13,6 +13,8 @@ import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
+import numpy as np
+
 from tcp.files.excellon.document import ending
 from tcp.files.excellon.program import Kind, Mark, Place, Program
 from tcp.files.excellon.state import NUMBER
@@ -97,6 +99,7 @@ class Writer:
         self.starts = program.document.starts.tolist()
         self.at: Place | None = None
         self.lost = {p.last - 1 for p in program.patterns}
+        self.lost |= set(np.flatnonzero(rows.kind == Kind.BLOCK).tolist())
 
     def write(self, plan: Plan) -> bytes:
         """The bytes of a plan."""
@@ -115,8 +118,11 @@ class Writer:
         wanted = ending(self.program.document.data[max(stop - 2, 0) : stop])
         return text[: len(text) - len(ending(text[-2:]))] + wanted
 
-    def _end(self, turn: Turn) -> Place:
+    def _end(self, turn: Turn) -> Place | None:
+        """Where a unit leaves the machine; nobody knows behind a block's last copy."""
         row = turn.row
+        if self.kind[row] == Kind.BLOCK:
+            return None
         return (self.x1[row], self.y1[row]) if turn.reverse else (self.x2[row], self.y2[row])
 
     def _before(self, row: int) -> Place | None:
@@ -132,8 +138,10 @@ class Writer:
             return self._reversed(row)
         if mark & Mark.COMPLETE or self._before(row) == self.at:
             return text
-        stop = self.starts[self.first[row] + 1] - self.starts[self.first[row]]
-        return self._placed(text[:stop], self.x1[row], self.y1[row], mark) + text[stop:]
+        line = self.program.routes[row][0].line if row in self.program.routes else self.first[row]
+        begin, stop = (self.starts[at] - self.starts[self.first[row]] for at in (line, line + 1))
+        placed = self._placed(text[begin:stop], self.x1[row], self.y1[row], mark)
+        return text[:begin] + placed + text[stop:]
 
     def _placed(self, line: bytes, x: int, y: int, mark: int) -> bytes:
         """A line with its first coordinates written anew."""

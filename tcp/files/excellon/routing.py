@@ -10,7 +10,8 @@ from tcp.files.excellon.state import DRILL, ROUT, Words, code_of
 class Routing(Patterns):
     """The part of the reader that follows the router."""
 
-    def _route(self, code: int, words: Words) -> None:
+    def _route(self, code: int, words: Words, named: bool = True) -> None:
+        """A rout move; ``named`` if its own line says G00 to G03."""
         found = dict(words)
         if not found.keys() <= {"X", "Y", "A", "I", "J"} or len(found) < len(words):
             self.refuse("a rout move takes X, Y, A, I and J only")
@@ -31,7 +32,8 @@ class Routing(Patterns):
         if not self.open:
             self.open_first = self.at
             self.open_mark = Mark.COMPLETE if complete else Mark(0)
-            if code:
+            self.open_state = (self.barrier, self.compensated)
+            if code or not named:
                 self.open_mark |= Mark.FIXED
         self.open.append(Motion(code, x, y, arc, self.at))
 
@@ -68,9 +70,12 @@ class Routing(Patterns):
     def _close_route(self, last: int) -> None:
         moves, mark = tuple(self.open), self.open_mark
         start, end = moves[0], moves[-1]
+        if self.open_state != (self.barrier, self.compensated):
+            mark |= Mark.FIXED  # a command inside outlasts the path
         straight = len(moves) == 2 and end.code == 1 and not end.arc
         straight = straight and not self.compensated and not self.incremental
-        mark |= Mark.FREE if straight and not mark & Mark.FIXED else Mark.FIXED
+        if straight and not mark & Mark.FIXED:
+            mark |= Mark.FREE
         here, self.at = self.at, last
         row = self._row(Kind.ROUTE, (start.x, start.y, end.x, end.y), self.open_first, mark)
         self.at, self.routes[row], self.open = here, moves, []

@@ -15,7 +15,7 @@ from fractions import Fraction
 from pathlib import Path
 from typing import Generic, TypeVar
 
-from tcp.errors import InputError
+from tcp.errors import InputError, UsageError
 from tcp.files.excellon.numbers import Digits, Style, Units, Zeros, parse_digits, pointed, unpointed
 
 STANDARD = {Units.INCH: Digits(2, 4), Units.MM: Digits(3, 3)}
@@ -226,6 +226,14 @@ class Settings:
                 f"states the format {digits} after coordinates in {self._settled}", self.path, line
             )
 
+    def _state_format(self, text: str, line: int) -> None:
+        """A format as a comment spells it."""
+        try:
+            digits = parse_digits(text)
+        except UsageError as error:
+            raise InputError(f"states a format, but {error}", self.path, line) from None
+        self.state_digits(digits, line)
+
     def state_zeros(self, zeros: Zeros, line: int) -> None:
         """``LZ`` or ``TZ``."""
         self.zeros.state(zeros, line, self.path)
@@ -242,7 +250,7 @@ class Settings:
                 self.state_zeros(Zeros(part.lower()), line)
             elif re.fullmatch(r"0+\.0+", part):
                 whole, _, decimals = part.partition(".")
-                self.state_digits(Digits(len(whole), len(decimals)), line)
+                self._state_format(f"{len(whole)}:{len(decimals)}", line)
             elif part:
                 raise InputError(
                     f"{part!r} after {word} is unknown; expected LZ, TZ or a format like 000.000",
@@ -255,14 +263,14 @@ class Settings:
         """Formats stated in comments by Altium, P-CAD, EasyEDA, Eagle, KiCad and Siemens."""
         found = re.match(r";\s*FILE_FORMAT\s*=\s*(\d[:.]\d)", text)
         if found:
-            self.state_digits(parse_digits(found[1]), line)
+            self._state_format(found[1], line)
         found = re.match(r";\s*FORMAT=\{(\d:\d)\s*/[^/]*/\s*(inch|metric)\s*/([^}]*)", text)
         if found:
-            self.state_digits(parse_digits(found[1]), line)
+            self._state_format(found[1], line)
             self.state_units(Units.INCH if found[2] == "inch" else Units.MM, line)
             if "suppress" in found[3]:
                 self.state_zeros(Zeros.TZ if "lead" in found[3] else Zeros.LZ, line)
         found = re.match(r";\s*Format\s*:\s*(\d\.\d)\s*/\s*\w+\s*/\s*(Inch|MM)", text)
         if found:
-            self.state_digits(parse_digits(found[1]), line)
+            self._state_format(found[1], line)
             self.state_units(Units.INCH if found[2] == "Inch" else Units.MM, line)

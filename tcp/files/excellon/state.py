@@ -59,11 +59,14 @@ class State:
         self.open: list[Motion] = []
         self.open_first = 0
         self.open_mark = Mark(0)
+        self.open_state = (0, False)
         self.selections: list[Selection] = []
         self.patterns: list[Pattern] = []
         self.pattern_from: int | None = None
         self.pattern_line = 0
         self.pattern: tuple[int, int] | None = None
+        self.pattern_codes = self.pattern_enter = 0
+        self.gates: list[tuple[int, int, bool]] = []
         self.copies: list[Copy] = []
 
     def refuse(self, message: str) -> NoReturn:
@@ -173,10 +176,17 @@ class State:
     def _flush_open(self) -> None:
         """End a rout that no M16 ends; see :class:`~tcp.files.excellon.routing.Routing`."""
 
-    def _close_pattern(self) -> None:
+    def _close_pattern(self, by_name: bool = False) -> None:
+        """End a step-and-repeat block, by M08 or by whatever follows it.
+
+        Its gate, the barriers before and behind it and whether none but its
+        own commands stand inside, tells later whether it may move.
+        """
         if self.pattern is not None and self.copies:
             lines = (self.pattern_line, self.at)
             self.patterns.append(Pattern(*self.pattern, tuple(self.copies), lines))
+            alone = self.barrier - self.pattern_enter == self.pattern_codes
+            self.gates.append((self.pattern_enter, self.barrier, by_name and alone))
         self.pattern, self.copies = None, []
 
 
