@@ -71,3 +71,12 @@ def test_a_drawing_that_its_parser_stumbles_over_is_refused(tmp_path):
     path.write_bytes(b"0\nSECTION\n2\nHEADER\n9\n$ACADVER\n0\nAC1T\n8\n0\n0\nENDSEC\n0\nEOF\n")
     with pytest.raises(InputError, match="is no DXF drawing"):
         read(path)
+
+
+def test_a_long_heading_is_shortened(tmp_path):
+    """What the fuzzer found: a message as long as the file's first line."""
+    path = tmp_path / "f.csv"
+    path.write_text(f"id;X ({'m' * 3000});y\na;1;2\n")
+    with pytest.raises(InputError, match="expected mm or inch") as caught:
+        read(path)
+    assert len(str(caught.value)) < 300

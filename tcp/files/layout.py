@@ -86,7 +86,7 @@ def _namedlayout_of(delimiter: str | None, cells: list[str], path: Path, line: i
         columns[name] = i
         if name in _LENGTHS and unit is not None:
             if unit not in _UNIT_WORDS:
-                message = f"column {cell!r} is in {unit!r}; expected mm or inch"
+                message = f"column {cell[:40]!r} is in {unit[:40]!r}; expected mm or inch"
                 raise InputError(message, path, line)
             stated[name] = _UNIT_WORDS[unit]
     for name in ("x", "y"):
