@@ -75,7 +75,7 @@ def drill_target(language: str) -> Callable[[bytes], None]:
     from tcp.files.drilling import compare, reordered, reparse
     from tcp.files.excellon import Hints, Mark
     from tcp.files.excellon.blocks import folded
-    from tcp.files.excellon.rewrite import Turn
+    from tcp.files.excellon.rewrite import Order, Turn
 
     module = gcode if language == "gcode" else excellon
 
@@ -90,8 +90,9 @@ def drill_target(language: str) -> Callable[[bytes], None]:
         rng, orders, view = random.Random(0), {}, folded(program)
         for a, b in view.stretches():
             free = (view.rows.mark[a:b] & Mark.FREE) != 0
-            orders[a] = [Turn(a + i, bool(f) and rng.random() < 0.5) for i, f in enumerate(free)]
-            rng.shuffle(orders[a])
+            turns = [Turn(a + i, bool(f) and rng.random() < 0.5) for i, f in enumerate(free)]
+            rng.shuffle(turns)
+            orders[a] = Order.of(turns)
         try:
             other = reordered(view, orders)
         except UsageError:

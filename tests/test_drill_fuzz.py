@@ -10,7 +10,7 @@ from tcp.errors import InputError, UsageError
 from tcp.files import excellon, gcode
 from tcp.files.excellon import Hints, Mark, guard, rewrite
 from tcp.files.excellon.blocks import folded
-from tcp.files.excellon.rewrite import Turn
+from tcp.files.excellon.rewrite import Order, Turn
 
 HEAD = b"M48\nINCH,TZ\nT1C.02\n%\nT1\n"
 
@@ -83,8 +83,9 @@ def test_mutated_files_are_refused_or_kept_whole(seed):
             continue
         orders, view = {}, folded(program)
         for a, b in view.stretches():
-            orders[a] = [Turn(row, bool(view.rows.mark[row] & Mark.FREE)) for row in range(a, b)]
-            rng.shuffle(orders[a])
+            turns = [Turn(row, bool(view.rows.mark[row] & Mark.FREE)) for row in range(a, b)]
+            rng.shuffle(turns)
+            orders[a] = Order.of(turns)
         writer, judge = (gcode, gcode) if language is gcode else (rewrite, guard)
         assert writer.reorder(program, {}) == text
         try:

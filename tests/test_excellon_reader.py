@@ -9,6 +9,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from tcp import Model, Travel, files
 from tcp.errors import InputError, UsageError
@@ -452,3 +454,39 @@ def test_files_read_knows_drill_files_by_suffix_or_by_look(tmp_path):
         files.read(tmp_path / "holes.txt", tool="T1")
     with pytest.raises(UsageError, match="expected mm or inch"):
         files.read(path, units="mil")
+
+
+# -- runs of hits, read at once --------------------------------------------------------------
+
+RUNS = st.lists(
+    st.tuples(
+        st.sampled_from(["X{}", "Y{}", "X{}Y{}"]),
+        st.sampled_from(["1", "-25", "000100", "1.5", "+.25", "-3.", "12345.123456789", "+7", "0"]),
+        st.sampled_from(["2", "-0", "999999", "0.001", "+1.0"]),
+    ),
+    min_size=4,
+    max_size=30,
+)
+
+
+@settings(max_examples=200, deadline=None)
+@given(RUNS, st.sampled_from(["METRIC,TZ", "INCH,LZ", "METRIC", "METRIC,LZ,0000.00"]))
+def test_hits_read_at_once_are_those_read_one_by_one(rows, unit):
+    lines = [form.format(x, y) if form != "Y{}" else form.format(y) for form, x, y in rows]
+    text = f"M48\n{unit}\nT1C.3\n%\nT1\nX000001Y000001\n" + "".join(f"{line}\n" for line in lines)
+    results = []
+    for body in (text, text.replace("\n", " \n")):  # a blank behind a hit ends a run
+        try:
+            program = parse((body + "M30\n").encode(), "board.drl")
+        except InputError as error:
+            results.append(str(error))
+            continue
+        columns = (program.rows.x1, program.rows.y1, program.rows.mark)
+        results.append(([c.tolist() for c in columns], program.step, program.style))
+    assert results[0] == results[1]
+
+
+def test_a_bad_number_far_down_is_found_in_one_pass():
+    good = "".join(f"X{i:06d}Y0\n" for i in range(30_000))
+    with pytest.raises(InputError, match=r":30007: 12345678901 has more than the 6 digits"):
+        read("T1\n" + good + "X12345678901Y0\n")

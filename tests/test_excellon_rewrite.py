@@ -16,10 +16,10 @@ from tcp.files.excellon import Mark, Program, guard, hints, parse, read_program,
 from tcp.files.excellon.blocks import folded
 from tcp.files.excellon.guard import LostError, compare, work
 from tcp.files.excellon.program import Columns
-from tcp.files.excellon.rewrite import Turn, Writer, reorder
+from tcp.files.excellon.rewrite import Order, Turn, Writer, reorder
 
 
-def shuffled(program: Program, rng: random.Random) -> dict[int, list[Turn]]:
+def shuffled(program: Program, rng: random.Random) -> dict[int, Order]:
     orders = {}
     for a, b in program.stretches():
         turns = [
@@ -27,7 +27,7 @@ def shuffled(program: Program, rng: random.Random) -> dict[int, list[Turn]]:
             for row in range(a, b)
         ]
         rng.shuffle(turns)
-        orders[a] = turns
+        orders[a] = Order.of(turns)
     return orders
 
 
@@ -270,12 +270,15 @@ class Broken(Writer):
 
     bug = ""
 
+    def _copied(self, order: Order, slots: np.ndarray) -> bool:
+        return self.bug == "copied" or super()._copied(order, slots)
+
     def unit(self, turn: Turn) -> bytes:
         text = super().unit(turn)
         if self.bug == "drop" and turn.row == 2:
             return b""
         if self.bug == "modal" and turn.row == 2:
-            return self.program.document.line(self.first[turn.row])
+            return self.program.document.line(self.rows.first[turn.row])
         if self.bug == "swap" and b"Y300" in text:
             return text.replace(b"X200Y300", b"X300Y200")
         if self.bug == "repeat" and b"R3" in text:
@@ -285,10 +288,10 @@ class Broken(Writer):
         return text
 
 
-@pytest.mark.parametrize("bug", ["drop", "modal", "swap", "repeat", "negate"])
+@pytest.mark.parametrize("bug", ["drop", "modal", "swap", "repeat", "negate", "copied"])
 def test_the_guard_catches_a_broken_writer(bug):
     program = parse(SAMPLE)
-    order = [Turn(3, True), Turn(2), Turn(4, True), Turn(0), Turn(1)]
+    order = Order.of([Turn(3, True), Turn(2), Turn(4, True), Turn(0), Turn(1)])
     plan = rewrite.plan(program, {0: order}, 0, len(program.document))
     good = parse(Writer(program).write(plan))
     compare(program, good)

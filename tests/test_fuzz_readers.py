@@ -80,3 +80,13 @@ def test_a_long_heading_is_shortened(tmp_path):
     with pytest.raises(InputError, match="expected mm or inch") as caught:
         read(path)
     assert len(str(caught.value)) < 300
+
+
+def test_a_long_keyword_value_is_shortened(tmp_path):
+    """What the fuzzer found: TSPLIB messages as long as the line."""
+    path = tmp_path / "f.tsp"
+    for key in ("TYPE", "EDGE_WEIGHT_TYPE"):
+        path.write_text(f"{key}: {'m' * 3000}\nDIMENSION: 3\nNODE_COORD_SECTION\n1 0 0\n")
+        with pytest.raises(InputError, match="expected") as caught:
+            read(path)
+        assert len(str(caught.value)) < 400

@@ -21,7 +21,7 @@ from tcp.cli.main import main
 from tcp.errors import InputError, UsageError
 from tcp.files.drilling import read_drilling
 from tcp.files.excellon.guard import LostError
-from tcp.files.excellon.rewrite import Turn
+from tcp.files.excellon.rewrite import Order, Turn
 from tcp.files.excellon.settings import Hints
 from tcp.files.gcode import compare, parse, reorder
 
@@ -106,7 +106,7 @@ def test_plunges_are_read_as_holes():
 
 def test_only_places_change():
     program = program_of(CYCLES)
-    data = reorder(program, {0: [Turn(3), Turn(0), Turn(2), Turn(1)]})
+    data = reorder(program, {0: Order.of([Turn(3), Turn(0), Turn(2), Turn(1)])})
     assert b"N10 G99 G81 X-3. Y-4 Z-1.5 R2 F100 ; first\n" in data
     assert b"N20 X1.0 Y2.0\n" in data and b"N40 X5 Y2.0\n" in data and b"(via)" in data
     compare(program, parse(data, "board.ngc"))
@@ -116,11 +116,11 @@ def test_only_places_change():
 def test_a_later_line_that_leans_on_a_coordinate_is_spelled_out():
     text = "G21 G90\nG81 X1 Y1 Z-1 R1\nX2 Y5\nG80\nG0 X7\nM30\n"
     program = program_of(text)
-    data = reorder(program, {0: [Turn(1), Turn(0)]})
+    data = reorder(program, {0: Order.of([Turn(1), Turn(0)])})
     assert b"G0 X7 Y5\n" in data
     lost = text.replace("G0 X7", "#1=5")
     with pytest.raises(UsageError, match=r":5: this line depends on the hole before"):
-        reorder(program_of(lost), {0: [Turn(1), Turn(0)]})
+        reorder(program_of(lost), {0: Order.of([Turn(1), Turn(0)])})
 
 
 @pytest.mark.parametrize(
@@ -229,7 +229,7 @@ def test_any_order_of_any_program_drills_the_same_holes(text, seed):
     for a, b in program.stretches():
         turns = [Turn(row) for row in range(a, b)]
         rng.shuffle(turns)
-        orders[a] = turns
+        orders[a] = Order.of(turns)
     compare(program, parse(reorder(program, orders), "board.ngc"))
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from itertools import pairwise
@@ -16,13 +16,13 @@ from tcp.boards.trail import Costs, Trail, follow, measure
 from tcp.files.excellon import Program
 from tcp.files.excellon.document import Ints
 from tcp.files.excellon.program import Columns, Place, Repeat
-from tcp.files.excellon.rewrite import Turn
+from tcp.files.excellon.rewrite import Order
 from tcp.travel import CostRule
 
 PAIRS = 4_000_000
 """Most pairs of places that are looked at to bound the link between two tools."""
 
-Orders = dict[int, Sequence[Turn]]
+Orders = dict[int, Order]
 
 
 @dataclass(frozen=True)
@@ -31,7 +31,7 @@ class Solved:
 
     stretch: Stretch
     answer: Answer
-    turns: tuple[Turn, ...]
+    order: Order
 
 
 @dataclass(frozen=True)
@@ -69,12 +69,12 @@ def choose(
     """
     parts = part_rows(program)
     mine = {n: [s for s in solved if a <= s.stretch.first < b] for n, (a, b) in parts}
-    forth = whole_orders(program, [(s, list(s.turns)) for s in solved])
+    forth = whole_orders(program, [(s, s.order) for s in solved])
     back = dict(forth)
     for number, rows in parts:
         if _reversible(mine[number], rows):
             only = mine[number][0]
-            back[only.stretch.first] = only.stretch.backwards(list(only.turns))
+            back[only.stretch.first] = only.stretch.backwards(only.order)
     versions: list[Orders] = [{}, forth, back]
     candidates = _candidates(program, rule, versions)
     ways = [candidates[number] for number, _ in parts]
@@ -86,7 +86,7 @@ def choose(
     orders: Orders = {}
     for at, k in chain.steps:
         a, b = parts[at][1]
-        orders |= {first: turns for first, turns in versions[k].items() if a <= first < b}
+        orders |= {first: order for first, order in versions[k].items() if a <= first < b}
     sequence = tuple(parts[at][0] for at, _ in chain.steps)
     shortest = measure(permuted(program, forth), rule)
     return Choice(orders, shortest, sequence, kept.cost - chain.cost)
@@ -147,53 +147,63 @@ def linker(rule: CostRule) -> Link:
     return link
 
 
-def whole_orders(program: Program, pieces: list[tuple[Solved, list[Turn]]]) -> Orders:
+def whole_orders(program: Program, pieces: list[tuple[Solved, Order]]) -> Orders:
     """Orders of whole stretches, where some of their first units are locked."""
     orders: Orders = {}
-    given = {s.stretch.first: turns for s, turns in pieces}
+    given = {s.stretch.first: order for s, order in pieces}
     for a, b in program.stretches():
         inside = next((first for first in given if a <= first < b), None)
         if inside is not None:
-            orders[a] = [*(Turn(row) for row in range(a, inside)), *given[inside]]
+            orders[a] = _joined(Order.as_is(a, inside), given[inside])
     return orders
 
 
-def permuted(program: Program, orders: Mapping[int, Sequence[Turn]]) -> Program:
+def _joined(one: Order, other: Order) -> Order:
+    return Order(
+        np.concatenate([one.rows, other.rows]), np.concatenate([one.reverse, other.reverse])
+    )
+
+
+def permuted(program: Program, orders: Mapping[int, Order]) -> Program:
     """The program with stretches re-ordered, as a model: its text is still the old one."""
     if not orders:
         return program
     rows = program.rows
-    source = np.arange(len(rows))
+    source = np.arange(len(rows), dtype=np.int32)
     turned = np.zeros(len(rows), dtype=np.bool_)
-    for first, turns in orders.items():
-        source[first : first + len(turns)] = [t.row for t in turns]
-        turned[first : first + len(turns)] = [t.reverse for t in turns]
+    for first, order in orders.items():
+        source[first : first + len(order)] = order.rows
+        turned[first : first + len(order)] = order.reverse
 
     def pick(one: Ints, other: Ints) -> Ints:
-        return np.where(turned, other[source], one[source])
+        return np.where(turned, other[source], one[source]) if turned.any() else one[source]
 
-    place = {int(row): at for at, row in enumerate(source.tolist())}
+    place = np.empty_like(source)
+    place[source] = np.arange(len(rows))
+    x, y = pick(rows.x1, rows.x2), pick(rows.y1, rows.y2)
+    point = rows.x1 is rows.x2 and rows.y1 is rows.y2
     table = Columns(
         rows.kind[source],
         rows.tool[source],
-        pick(rows.x1, rows.x2),
-        pick(rows.y1, rows.y2),
-        pick(rows.x2, rows.x1),
-        pick(rows.y2, rows.y1),
+        x,
+        y,
+        x if point else pick(rows.x2, rows.x1),
+        y if point else pick(rows.y2, rows.y1),
         rows.first[source],
         rows.last[source],
         rows.mark[source],
         rows.stretch,
     )
     repeats = {
-        place[row]: _turned(found) if turned[place[row]] else found
+        int(place[row]): _turned(found) if turned[place[row]] else found
         for row, found in program.repeats.items()
     }
     routes = {
-        place[row]: moves[::-1] if turned[place[row]] else moves
+        int(place[row]): moves[::-1] if turned[place[row]] else moves
         for row, moves in program.routes.items()
     }
-    return replace(program, rows=table, repeats=repeats, routes=routes)
+    weights = {int(place[row]): count for row, count in program.weights.items()}
+    return replace(program, rows=table, repeats=repeats, routes=routes, weights=weights)
 
 
 def _turned(repeats: tuple[Repeat, ...]) -> tuple[Repeat, ...]:

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from tcp.boards.stretch import Stretch
 from tcp.files.excellon.document import Ints
-from tcp.files.excellon.rewrite import Turn
+from tcp.files.excellon.rewrite import Order, Turn
 from tcp.instance import Instance
 
 FEW = 10
@@ -28,7 +28,7 @@ ROUNDS = 20
 """Most times that all directed units are tried at other places."""
 
 
-def legal(stretch: Stretch, instance: Instance, turns: Sequence[Turn]) -> list[Turn]:
+def legal(stretch: Stretch, instance: Instance, order: Order) -> Order:
     """The order, or one close to it, with every directed unit worked from its first end.
 
     Parameters
@@ -37,21 +37,23 @@ def legal(stretch: Stretch, instance: Instance, turns: Sequence[Turn]) -> list[T
         The units.
     instance : Instance
         The stretch as a problem.
-    turns : sequence of Turn
+    order : Order
         A new order; directed units may be reversed in it.
     """
     directed = stretch.directed()
+    if not (order.reverse & directed[order.rows - stretch.first]).any():
+        return order
+    turns, path = list(order), _Path(stretch, instance)
     one_way = {turn.row for turn in turns if directed[turn.row - stretch.first]}
-    if not any(turn.reverse and turn.row in one_way for turn in turns):
-        return list(turns)
-    ways = [list(turns)]
+    ways = [turns]
     if stretch.before is None and stretch.after is None:
         ways.append([Turn(t.row, not t.reverse) for t in reversed(turns)])
-    found = [_settled(_Path(stretch, instance), way, one_way) for way in ways]
-    return min(found, key=lambda order: instance.cost(stretch.order(order)))
+    found = [_settled(path, way, one_way) for way in ways]
+    best: list[Turn] = min(found, key=path.cost)
+    return Order.of(best)
 
 
-def shortest(stretch: Stretch, instance: Instance) -> list[Turn]:
+def shortest(stretch: Stretch, instance: Instance) -> Order:
     """The shortest legal order of at most :data:`FEW` units."""
     assert len(stretch) <= FEW
     path, directed = _Path(stretch, instance), stretch.directed()
@@ -79,7 +81,7 @@ def shortest(stretch: Stretch, instance: Instance) -> list[Turn]:
     while k >= 0:
         order.append(ways[k])
         used, k = used & ~bits[k], best[used, k][1]
-    return order[::-1]
+    return Order.of(order[::-1])
 
 
 def _settled(path: _Path, turns: list[Turn], one_way: set[int]) -> list[Turn]:
@@ -118,7 +120,7 @@ class _Path:
 
     def cost(self, order: list[Turn]) -> int:
         """Cost of an order."""
-        return self.instance.cost(self.stretch.order(order))
+        return self.instance.cost(self.stretch.route(Order.of(order)))
 
     def table(self, ways: list[Turn]) -> tuple[Ints, Ints, Ints]:
         """Costs from the start into each way, from each way to the next, from each to the end."""

@@ -291,10 +291,10 @@ def _solve_runs(
         stretch = anchored(program, run, runs, ends)
         instance = stretch.instance(wishes.machine.travel)
         if interrupted:
-            kept = as_it_stands(instance, stretch.order(stretch.as_is()))
-            solved.append(Solved(stretch, kept, tuple(stretch.as_is())))
+            kept = as_it_stands(instance, stretch.route(stretch.as_is()))
+            solved.append(Solved(stretch, kept, stretch.as_is()))
             continue
-        as_is = stretch.order(stretch.as_is())
+        as_is = stretch.route(stretch.as_is())
         name = f"T{program.rows.tool[run[0]]}"
 
         def report(progress: Progress, name: str = name, instance: Instance = instance) -> None:
@@ -311,7 +311,7 @@ def _solve_runs(
             _certificate(wishes.certificates, program, stretch, solved),
         )
         solved.append(_legal(stretch, instance, found))
-        ends[run[1] - 1] = stretch.ends(list(solved[-1].turns))[1]
+        ends[run[1] - 1] = stretch.end(solved[-1].order)
         interrupted = found.interrupted
     return solved, interrupted
 
@@ -319,24 +319,24 @@ def _solve_runs(
 def _legal(stretch: Stretch, instance: Instance, found: Answer) -> Solved:
     """The order that an answer stands for, its directed units the right way round."""
     as_is = stretch.as_is()
-    kept = stretch.order(as_is)
+    kept = stretch.route(as_is)
     if found.route == kept:
-        return Solved(stretch, found, tuple(as_is))
-    turns = legal(stretch, instance, stretch.turns(found.route))
-    route = stretch.order(turns)
+        return Solved(stretch, found, as_is)
+    order = legal(stretch, instance, stretch.order(found.route))
+    route = stretch.route(order)
     if route == found.route:
-        return Solved(stretch, found, tuple(turns))
+        return Solved(stretch, found, order)
     if len(stretch) <= FEW:
-        turns = shortest(stretch, instance)
-        route = stretch.order(turns)
+        order = shortest(stretch, instance)
+        route = stretch.route(order)
         found = replace(found, bound=instance.cost(route), proof=Proof.TRUSTED)
     if instance.cost(route) >= instance.cost(kept):
-        turns, route = as_is, kept
+        order, route = as_is, kept
     cost = instance.cost(route)
     closed = found.bound is not None and found.bound >= cost
     proof, certificate = (found.proof, found.certificate) if closed else (Proof.NONE, None)
     answered = replace(found, route=route, cost=cost, proof=proof, certificate=certificate)
-    return Solved(stretch, answered, tuple(turns))
+    return Solved(stretch, answered, order)
 
 
 def _certificate(

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from tcp.files.excellon import Mark, Program
 from tcp.files.excellon.document import Ints
 from tcp.files.excellon.program import Place
-from tcp.files.excellon.rewrite import Turn
+from tcp.files.excellon.rewrite import Order
 from tcp.instance import Ends, Instance, Rules
 from tcp.travel import Travel
 from tcp.workpiece import Workpiece
@@ -87,55 +87,43 @@ class Stretch:
         piece = Workpiece(name, tuple(str(i + 1) for i in range(len(x))), x, y, self.program.step)
         return Instance(piece, travel, Ends(start, end), Rules(together=pairs))
 
-    def turns(self, route: tuple[int, ...]) -> list[Turn]:
+    def order(self, route: tuple[int, ...]) -> Order:
         """The new order that a route of :meth:`instance` stands for."""
-        unit = self.nodes()[2]
-        found: list[Turn] = []
-        for node in route:
-            if node >= len(unit):
-                continue
-            row = int(unit[node])
-            if found and found[-1].row == row:
-                continue
-            first_node = node == 0 or unit[node - 1] != row
-            found.append(Turn(row, not first_node))
-        return found
+        unit, nodes = self.nodes()[2], np.array(route, dtype=np.int64)
+        nodes = nodes[nodes < len(unit)]
+        rows = unit[nodes]
+        begins = np.append(True, rows[1:] != rows[:-1])
+        nodes, rows = nodes[begins], rows[begins]
+        return Order(rows, (nodes > 0) & (unit[nodes - 1] == rows))
 
-    def order(self, turns: list[Turn]) -> tuple[int, ...]:
+    def route(self, order: Order) -> tuple[int, ...]:
         """The route of :meth:`instance` that an order stands for."""
         unit = self.nodes()[2]
-        _, begin, count = np.unique(unit, return_index=True, return_counts=True)
-        route: list[int] = [] if self.before is None else [len(unit)]
-        for turn in turns:
-            at = int(begin[turn.row - self.first])
-            nodes = list(range(at, at + int(count[turn.row - self.first])))
-            route += nodes[::-1] if turn.reverse else nodes
-        if self.after is not None:
-            route.append(len(unit) + (self.before is not None))
-        return tuple(route)
+        first = np.searchsorted(unit, order.rows)
+        last = np.searchsorted(unit, order.rows, side="right") - 1
+        pairs = np.stack([first, last], axis=1)
+        pairs[order.reverse] = pairs[order.reverse, ::-1]
+        whole = np.stack([np.full(len(first), True), first != last], axis=1)
+        nodes: list[int] = pairs[whole].tolist()
+        before = [] if self.before is None else [len(unit)]
+        after = [] if self.after is None else [len(unit) + len(before)]
+        return (*before, *nodes, *after)
 
-    def as_is(self) -> list[Turn]:
+    def as_is(self) -> Order:
         """The file's own order."""
-        return [Turn(row) for row in range(self.first, self.last)]
+        return Order.as_is(self.first, self.last)
 
-    def backwards(self, turns: list[Turn]) -> list[Turn]:
+    def backwards(self, order: Order) -> Order:
         """The same path from its other end; not for stretches with directed units."""
-        rows = self.program.rows
-        free = (rows.mark[self.first : self.last] & Mark.FREE) != 0
-        return [
-            Turn(t.row, not t.reverse if free[t.row - self.first] else False)
-            for t in reversed(turns)
-        ]
+        rows = order.rows[::-1]
+        free = (self.program.rows.mark[rows] & Mark.FREE) != 0
+        return Order(rows, free & ~order.reverse[::-1])
 
-    def ends(self, turns: list[Turn]) -> tuple[Place, Place]:
-        """Where an order begins and where it ends."""
-        rows = self.program.rows
-
-        def place(turn: Turn, second: bool) -> Place:
-            x, y = (rows.x2, rows.y2) if second != turn.reverse else (rows.x1, rows.y1)
-            return int(x[turn.row]), int(y[turn.row])
-
-        return place(turns[0], False), place(turns[-1], True)
+    def end(self, order: Order) -> Place:
+        """Where an order ends."""
+        rows, row = self.program.rows, int(order.rows[-1])
+        x, y = (rows.x1, rows.y1) if order.reverse[-1] else (rows.x2, rows.y2)
+        return int(x[row]), int(y[row])
 
 
 def free_runs(program: Program, locked: frozenset[int], first: int) -> list[tuple[int, int]]:

@@ -5,15 +5,13 @@ Each version is written, read back and compared before the next one is made.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 from tcp.boards.choose import Choice, Solved, permuted
 from tcp.boards.trail import Costs, measure
 from tcp.errors import UsageError
 from tcp.files.drilling import compare, reordered, reparse
 from tcp.files.excellon import Program
 from tcp.files.excellon.edit import expand, merge_selections, move_sections
-from tcp.files.excellon.rewrite import Turn
+from tcp.files.excellon.rewrite import Order
 from tcp.files.excellon.settings import Hints
 from tcp.files.gcode import GProgram
 from tcp.travel import CostRule
@@ -46,13 +44,12 @@ def inside_out(
     A shorter way through a block may make the way from one copy to the next
     longer, so each new order, and its reverse, counts by the whole board.
     """
-    orders: dict[int, Sequence[Turn]] = {}
+    orders: dict[int, Order] = {}
     least = measure(program, rule).total
     for one in solved:
-        turns = list(one.turns)
-        ways = [turns]
+        ways = [one.order]
         if not one.stretch.directed().any():
-            ways.append(one.stretch.backwards(turns))
+            ways.append(one.stretch.backwards(one.order))
         for way in ways:
             total = measure(permuted(program, orders | {one.stretch.first: way}), rule).total
             if total < least:

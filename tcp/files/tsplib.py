@@ -78,7 +78,9 @@ def read(path: str | Path, *, units: str | None = None) -> Reading:
     line, kind = file.value("EDGE_WEIGHT_TYPE")
     if kind.upper() not in TRAVELS:
         known = ", ".join(TRAVELS)
-        raise InputError(f"EDGE_WEIGHT_TYPE {kind!r}; expected one of {known}", file.path, line)
+        raise InputError(
+            f"EDGE_WEIGHT_TYPE {kind[:40]!r}; expected one of {known}", file.path, line
+        )
     travel = TRAVELS[kind.upper()]
     explicit = travel.model is Model.EXPLICIT
     n = _dimension(file, MAX_EXPLICIT if explicit else MAX_POINTS)
@@ -123,7 +125,7 @@ def _starts_number(word: str) -> bool:
 def _check_kind(file: _File) -> None:
     line, kind = file.values.get("TYPE", (None, "TSP"))
     if kind.upper().split()[:1] != ["TSP"]:
-        raise InputError(f"TYPE {kind!r}; expected TSP", file.path, line)
+        raise InputError(f"TYPE {kind[:40]!r}; expected TSP", file.path, line)
     for section in file.sections:
         if section in _IGNORED and file.sections[section]:
             raise InputError(f"{section} is not supported", file.path)
@@ -154,7 +156,7 @@ def _points(
         if len(words) != 3:
             raise InputError(f"found {len(words)} columns; expected id x y", file.path, line)
         if words[0] in seen:
-            message = f"hole id {words[0]!r} stands in line {seen[words[0]]} already"
+            message = f"hole id {words[0][:40]!r} stands in line {seen[words[0]]} already"
             raise InputError(message, file.path, line)
         seen[words[0]] = line
         try:
@@ -173,7 +175,9 @@ def _matrix(file: _File, n: int) -> Ints:
     line, name = file.value("EDGE_WEIGHT_FORMAT")
     if name.upper() not in _FORMATS:
         known = ", ".join(_FORMATS)
-        raise InputError(f"EDGE_WEIGHT_FORMAT {name!r}; expected one of {known}", file.path, line)
+        raise InputError(
+            f"EDGE_WEIGHT_FORMAT {name[:40]!r}; expected one of {known}", file.path, line
+        )
     expected, rows, columns = _FORMATS[name.upper()](n)
     weights = _weights(file, expected)
     matrix = np.zeros((n, n), dtype=np.int64)

@@ -86,7 +86,9 @@ def _columns(
             edge[row - 1] = False
         if block.joins[1]:
             edge[row] = False
-    return Columns(**table, stretch=np.concatenate(([0], np.cumsum(edge))))
+    stretch = np.zeros(len(edge) + 1, dtype=np.int32)
+    np.cumsum(edge, out=stretch[1:])
+    return Columns(**table, stretch=stretch)
 
 
 def _motions(program: Program, block: Pattern) -> tuple[Motion, ...]:

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -50,6 +51,15 @@ class Document:
     def lines(self) -> Iterator[bytes]:
         """All lines in order; joined, they are the file."""
         return (self.line(i) for i in range(len(self)))
+
+    def endings(self, lines: NDArray[np.integer[Any]]) -> NDArray[np.uint8]:
+        """How the lines right before some lines end: 10 LF, 1 CR LF, 13 CR, 0 not at all."""
+        data, stop = np.frombuffer(self.data, dtype=np.uint8), self.starts[lines]
+        last: NDArray[np.uint8] = data[stop - 1]
+        before = data[np.maximum(stop - 2, 0)]
+        last[(last != 10) & (last != 13)] = 0
+        last[(last == 10) & (before == 13)] = 1
+        return last
 
     def write(self) -> bytes:
         """The file again, from its lines."""

@@ -204,7 +204,7 @@ class _Expander(Writer):
     def lines(self, first: int, last: int, row: int) -> bytes:
         """Lines of the original, repeats expanded; units from ``row`` on may stand there."""
         out, at = [], first
-        table = self.program.rows
+        table = self.rows
         while row < len(table) and table.first[row] < last:
             if table.first[row] >= first:
                 out.append(self.program.document.text(at, int(table.first[row])))
@@ -232,14 +232,14 @@ class _Expander(Writer):
             text = self.unit(Turn(row))
             self.at = self._end(Turn(row))
             return text
-        if self.mark[row] & Mark.INCREMENTAL:
+        if self.rows.mark[row] & Mark.INCREMENTAL:
             self.at = self._end(Turn(row))
-            return self.program.document.text(self.first[row], self.last[row])
+            return self.program.document.text(self.rows.first[row], self.rows.last[row])
         return self._written(row, None)
 
     def _written(self, row: int, copy: Copy | None) -> bytes:
         """The holes of a unit in absolute coordinates, moved by a copy."""
-        line = self.program.document.line(self.first[row])
+        line = self.program.document.line(self.rows.first[row])
         end = ending(line) or b"\n"
 
         def moved(x: int, y: int) -> Place:
@@ -248,12 +248,12 @@ class _Expander(Writer):
             xs, ys = copy.place(np.array([x]), np.array([y]))
             return int(xs[0]), int(ys[0])
 
-        if self.kind[row] == Kind.SLOT:
-            first = self._text(*moved(self.x1[row], self.y1[row]))
-            self.at = moved(self.x2[row], self.y2[row])
+        if self.rows.kind[row] == Kind.SLOT:
+            first = self._text(*moved(*self._first(row)))
+            self.at = moved(*self._last(row))
             return first + b"G85" + self._text(*self.at) + end
         repeats = self.program.repeats.get(row, ())
-        places = [moved(x, y) for x, y in repeated(self.x1[row], self.y1[row], repeats)]
+        places = [moved(x, y) for x, y in repeated(*self._first(row), repeats)]
         self.at = places[-1]
         if copy is None:
             return AXES.sub(self._text(*places[0]), line, count=1) + b"".join(

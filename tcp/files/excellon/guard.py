@@ -9,12 +9,14 @@ where it stood.
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Iterator
+from typing import Any
 
 import numpy as np
 
 from tcp.errors import TcpError
 from tcp.files.excellon.blocks import folded
-from tcp.files.excellon.document import Ints, ending
+from tcp.files.excellon.document import Ints
 from tcp.files.excellon.numbers import PLACES
 from tcp.files.excellon.program import Copy, Kind, Mark, Motion, Program, repeated
 
@@ -42,7 +44,7 @@ def compare(before: Program, after: Program, *, text: str = "same") -> None:
     """
     if before.units is not after.units or _tools(before) != _tools(after):
         raise LostError(f"{before.path}: the tool table changed while writing")
-    missing, extra = _difference(work(before), work(after))
+    missing, extra = _difference(before, after)
     if missing or extra:
         what = f"lost {missing[0]}" if missing else f"gained {extra[0]}"
         raise LostError(
@@ -64,51 +66,96 @@ def work(program: Program) -> Ints:
     Coordinates are in units of ``10**-PLACES``, so files of different
     resolution compare.
     """
-    pieces = [_rows(program, 0, len(program.rows))]
-    for pattern in program.patterns:
-        block = _rows(program, pattern.first, pattern.last)
-        pieces += [_copied(block, copy) for copy in pattern.copies]
-    table = np.concatenate(pieces)
-    scale = 10**PLACES * program.step / program.units.in_mm
-    table[:, 2:6] *= int(scale)
-    swap = (table[:, 2] > table[:, 4]) | (
-        (table[:, 2] == table[:, 4]) & (table[:, 3] > table[:, 5])
-    )
-    swap &= table[:, 6] == 1
-    table[swap, 2:6] = table[swap][:, [4, 5, 2, 3]]
-    table = table[:, :6]
+    table = np.stack([c.astype(np.int64) for c in _table(program)], axis=1)
+    table[:, 2:] *= int(10**PLACES * program.step / program.units.in_mm)
     return table[np.lexsort(table.T[::-1])]
 
 
-def _rows(program: Program, first: int, last: int) -> Ints:
-    rows = program.rows
-    part = slice(first, last)
-    hit = rows.kind[part] == Kind.HIT
-    free = ((rows.mark[part] & Mark.FREE) != 0) & ~hit
-    x2, y2 = (
-        np.where(hit, rows.x1[part], rows.x2[part]),
-        np.where(hit, rows.y1[part], rows.y2[part]),
+def _same_work(before: Program, after: Program) -> bool:
+    """Whether two files of one resolution do the same; without building the sorted tables.
+
+    Holes, nearly all of a file, are compared as single integers.
+    """
+    tables = _table(before), _table(after)
+    hits = [table[1] == Kind.HIT for table in tables]
+    keys = _keys(
+        [[table[i][hit] for i in (0, 2, 3)] for table, hit in zip(tables, hits, strict=True)]
     )
-    columns = (rows.tool[part], rows.kind[part], rows.x1[part], rows.y1[part], x2, y2, free)
-    table = np.stack([c.astype(np.int64) for c in columns], axis=1)
+    if keys is None or before.step != after.step or not np.array_equal(keys[0], keys[1]):
+        return False
+    rest = [np.stack([c[~hit] for c in t]) for t, hit in zip(tables, hits, strict=True)]
+    a, b = (r[:, np.lexsort(r[::-1])] for r in rest)
+    return np.array_equal(a, b)
+
+
+def _keys(points: list[list[Any]]) -> list[Ints] | None:
+    """Points (tool, x, y) of each table as sorted integers; None where 62 bits are too few."""
+    keys, room = [np.zeros(len(columns[0]), dtype=np.int64) for columns in points], 1
+    for columns in zip(*points, strict=True):
+        full = [c for c in columns if len(c)]
+        low = min((int(c.min()) for c in full), default=0)
+        span = max((int(c.max()) for c in full), default=0) - low + 1
+        room *= span
+        if room >= 2**62:
+            return None
+        for key, column in zip(keys, columns, strict=True):
+            key *= span
+            key += column - low
+    for key in keys:
+        key.sort()
+    return keys
+
+
+def _table(program: Program) -> list[Any]:
+    """Columns tool, kind, x, y, x, y of all that is worked, repeats and copies expanded."""
+    pieces = [*_rows(program, 0, len(program.rows))]
+    for pattern in program.patterns:
+        for copy in pattern.copies:
+            pieces += [_copied(p, copy) for p in _rows(program, pattern.first, pattern.last)]
+    if len(pieces) == 1:
+        return pieces[0][:6]
+    return [np.concatenate(columns) for columns in zip(*pieces, strict=True)][:6]
+
+
+def _rows(program: Program, first: int, last: int) -> Iterator[list[Any]]:
+    """The columns of some units, and of the further hits of their repeats; ends in one order."""
+    rows, part = program.rows, slice(first, last)
+    tool, kind, mark = rows.tool[part], rows.kind[part], rows.mark[part]
+    if rows.x1 is rows.x2:
+        x, y = rows.x1[part], rows.y1[part]
+        yield [tool, kind, x, y, x, y, mark]
+    else:
+        x1, y1, x2, y2 = (c[part].copy() for c in (rows.x1, rows.y1, rows.x2, rows.y2))
+        hit = kind == Kind.HIT
+        x2[hit], y2[hit] = x1[hit], y1[hit]
+        yield [tool, kind, *_in_order(x1, y1, x2, y2, mark), mark]
     more = [
         (int(rows.tool[row]), int(Kind.HIT), x, y, x, y, 0)
         for row, repeats in program.repeats.items()
         if first <= row < last
         for x, y in list(repeated(int(rows.x1[row]), int(rows.y1[row]), repeats))[1:]
     ]
-    return np.concatenate([table, np.array(more, dtype=np.int64).reshape(-1, 7)])
+    if more:
+        yield [*np.array(more, dtype=np.int64).T]
 
 
-def _copied(block: Ints, copy: Copy) -> Ints:
-    block = block.copy()
-    block[:, 2], block[:, 3] = copy.place(block[:, 2].copy(), block[:, 3].copy())
-    block[:, 4], block[:, 5] = copy.place(block[:, 4].copy(), block[:, 5].copy())
-    return block
+def _copied(piece: list[Any], copy: Copy) -> list[Any]:
+    """The columns of a copy."""
+    tool, kind, x1, y1, x2, y2, mark = piece
+    return [tool, kind, *_in_order(*copy.place(x1, y1), *copy.place(x2, y2), mark), mark]
 
 
-def _difference(a: Ints, b: Ints) -> tuple[list[str], list[str]]:
-    """What is in one table only, in words."""
+def _in_order(x1: Ints, y1: Ints, x2: Ints, y2: Ints, mark: Any) -> list[Any]:
+    """Ends of units, the lower one first where a unit may be worked from either."""
+    swap = ((mark & Mark.FREE) != 0) & ((x1 > x2) | ((x1 == x2) & (y1 > y2)))
+    return [np.where(swap, *pair) for pair in ((x2, x1), (y2, y1), (x1, x2), (y1, y2))]
+
+
+def _difference(before: Program, after: Program) -> tuple[list[str], list[str]]:
+    """What is done in one file only, in words."""
+    if _same_work(before, after):
+        return [], []
+    a, b = work(before), work(after)
     if a.shape == b.shape and np.array_equal(a, b):
         return [], []
     left = Counter(map(tuple, a.tolist()))
@@ -140,7 +187,7 @@ def _same_text(before: Program, after: Program, text: str) -> bool:
         return False
     before, after = folded(before), folded(after)
     a, b = list(_around(before)), list(_around(after))
-    return a == b and _endings(before) == _endings(after)
+    return a == b and np.array_equal(_endings(before), _endings(after))
 
 
 def _insides(program: Program) -> Counter[tuple[bytes, ...]]:
@@ -159,14 +206,13 @@ def _insides(program: Program) -> Counter[tuple[bytes, ...]]:
 def _around(program: Program) -> list[bytes]:
     """The text between units, in order."""
     first, last = program.rows.first, program.rows.last
-    starts = program.document.starts
+    starts, data = program.document.starts, program.document.data
     begin = np.concatenate(([0], starts[last]))
-    stop = np.concatenate((starts[first], [starts[-1]]))
-    data = program.document.data
-    return [data[i:j] for i, j in zip(begin.tolist(), stop.tolist(), strict=True) if i < j]
+    stop = np.concatenate((starts[first], starts[-1:]))
+    gaps = np.flatnonzero(begin < stop)
+    return [data[i:j] for i, j in zip(begin[gaps].tolist(), stop[gaps].tolist(), strict=True)]
 
 
-def _endings(program: Program) -> Counter[bytes]:
-    """Line endings of the units' last lines."""
-    data, starts = program.document.data, program.document.starts
-    return Counter(ending(data[max(s - 2, 0) : s]) for s in starts[program.rows.last].tolist())
+def _endings(program: Program) -> Ints:
+    """How many units end in which way."""
+    return np.bincount(program.document.endings(program.rows.last), minlength=14)

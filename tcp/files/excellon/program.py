@@ -23,6 +23,7 @@ from tcp.files.excellon.document import Document, Ints
 from tcp.files.excellon.numbers import Style, Units
 
 Place = tuple[int, int]
+Ints32 = NDArray[np.int32]
 
 
 class Kind(IntEnum):
@@ -148,18 +149,21 @@ class Selection:
 
 @dataclass(frozen=True, eq=False)
 class Columns:
-    """One row a unit, in file order; coordinates in the file's own integer units."""
+    """One row a unit, in file order; coordinates in the file's own integer units.
+
+    ``x2`` and ``y2`` are the same arrays as ``x1`` and ``y1`` where all units are points.
+    """
 
     kind: NDArray[np.int8]
-    tool: Ints
+    tool: Ints32
     x1: Ints
     y1: Ints
     x2: Ints
     y2: Ints
-    first: Ints
-    last: Ints
+    first: Ints32
+    last: Ints32
     mark: NDArray[np.int16]
-    stretch: Ints
+    stretch: Ints32
 
     def __len__(self) -> int:
         return len(self.kind)

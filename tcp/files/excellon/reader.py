@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tcp.errors import InputError
+from tcp.files.excellon.bulk import Bools, Run, read_run
 from tcp.files.excellon.dialects import find_sidecar, recognise
 from tcp.files.excellon.document import Ints, cut
 from tcp.files.excellon.header import header_line, note_comment
@@ -41,7 +42,6 @@ _HIT = re.compile(
 _RUN = re.compile(
     rb"(?:(?:X" + NUMBER + rb"(?:Y" + NUMBER + rb")?|Y" + NUMBER + rb")\r?\n){4,65536}+"
 )
-_PAIR = re.compile(rb"(?:X([-+.\d]+))?(?:Y([-+.\d]+))?\r?\n")
 _WORDS = re.compile(rb"(?:[A-Z][ \t]*(?:" + NUMBER + rb")?[ \t]*)+$")
 _WORD = re.compile(rb"([A-Z])[ \t]*(" + NUMBER + rb")?")
 _TEXT = re.compile(rb"M(45|47|97|98),?(.*)$", re.S)
@@ -92,7 +92,8 @@ class Reader(Routing):
         while at < len(document):
             self.at = at
             plain = not (self.header or self.ended or self.mode)
-            run = self._run_of_hits(at) if plain and not self.incremental else 0
+            runs = plain and not self.incremental and at >= self.singly
+            run = self._run_of_hits(at) if runs else 0
             if run:
                 at += run
                 continue
@@ -113,10 +114,14 @@ class Reader(Routing):
             return 0
         if self.pattern is not None and self.pattern_from is None:
             return 0
-        pairs = _PAIR.findall(run[0])
-        x, has_x = self._axis([p[0] for p in pairs], self.x)
-        y, has_y = self._axis([p[1] for p in pairs], self.y)
-        n = len(pairs)
+        words = read_run(run[0])
+        values = None if words is None else self.settings.values(words.numbers)
+        if words is None or values is None:
+            self.singly = at + run[0].count(b"\n")
+            return 0
+        x, has_x = _axis(words, values, words.is_x, self.x)
+        y, has_y = _axis(words, values, ~words.is_x, self.y)
+        n = words.lines
         first = np.arange(at, at + n)
         mark = np.where(has_x & has_y, int(Mark.COMPLETE), 0)
         same = [np.full(n, v) for v in (int(Kind.HIT), self.tool, self.barrier)]
@@ -125,21 +130,9 @@ class Reader(Routing):
             (same[0], same[1], x, y, x, y, first, first + 1, mark, same[2]),
             strict=True,
         ):
-            column.frombytes(values.astype(np.int64).tobytes())
+            column.frombytes(values.astype(column.typecode).tobytes())
         self.x, self.y = int(x[-1]), int(y[-1])
         return n
-
-    def _axis(self, texts: list[bytes], before: int) -> tuple[Ints, NDArray[np.bool_]]:
-        """Values of one axis over a run of lines, and on which of them it is named."""
-        value = self.settings.value
-        known = {b"": 0}
-        for offset, text in enumerate(texts):
-            if text not in known:
-                known[text] = value(text, self.at + offset + 1)
-        named = np.fromiter((text != b"" for text in texts), np.bool_, len(texts))
-        values = np.fromiter(map(known.__getitem__, texts), np.int64, len(texts))
-        last = np.maximum.accumulate(np.where(named, np.arange(len(texts)), -1))
-        return np.where(last >= 0, values[np.maximum(last, 0)], before), named
 
     def _line(self, line: bytes) -> None:
         if not line or (self.ended and not line.strip(b"\0%")):
@@ -310,25 +303,21 @@ class Reader(Routing):
         )
 
     def _rows(self, finer: int) -> Columns:
+        """The columns as arrays; coordinates in place, and once where all units are points."""
         kind, tool, x1, y1, x2, y2, first, last, mark, barrier = (
-            np.frombuffer(column, dtype=np.int64) for column in self.columns
+            np.frombuffer(column, dtype=column.typecode) for column in self.columns
         )
+        for axis in (x1, y1, x2, y2):
+            axis //= finer
+        if np.array_equal(x1, x2) and np.array_equal(y1, y2):
+            x2, y2 = x1, y1
         routed = kind == Kind.ROUTE
         sort = np.where(routed, 1 + ((mark & Mark.DRILLS_AFTER) != 0), 0)
         fixed = (mark & Mark.FIXED) != 0
         edge = (np.diff(barrier) != 0) | (np.diff(sort) != 0) | fixed[1:] | fixed[:-1]
-        return Columns(
-            kind.astype(np.int8),
-            tool,
-            x1 // finer,
-            y1 // finer,
-            x2 // finer,
-            y2 // finer,
-            first,
-            last,
-            mark.astype(np.int16),
-            np.concatenate(([0], np.cumsum(edge))),
-        )
+        stretch = np.zeros(len(kind), dtype=np.int32)
+        np.cumsum(edge, out=stretch[1:])
+        return Columns(kind, tool, x1, y1, x2, y2, first, last, mark.astype(np.int16), stretch)
 
     def _patterns(self, rows: Columns, finer: int) -> tuple[Pattern, ...]:
         """The step-and-repeat blocks, and which of them may move among what."""
@@ -354,6 +343,16 @@ class Reader(Routing):
         lean = np.bitwise_and(rows.mark, int(Mark.FIXED | Mark.INCREMENTAL))
         loose: NDArray[np.bool_] = plain & (lean == 0)
         return loose
+
+
+def _axis(words: Run, values: Ints, mine: NDArray[np.bool_], before: int) -> tuple[Ints, Bools]:
+    """Values of one axis over the lines of a run, and on which of them it is named."""
+    named = np.zeros(words.lines, dtype=np.bool_)
+    named[words.line[mine]] = True
+    stated = np.zeros(words.lines, dtype=np.int64)
+    stated[words.line[mine]] = values[mine]
+    last = np.maximum.accumulate(np.where(named, np.arange(words.lines), -1))
+    return np.where(last >= 0, stated[np.maximum(last, 0)], before), named
 
 
 def _coarsen(moves: tuple[Motion, ...], finer: int) -> tuple[Motion, ...]:

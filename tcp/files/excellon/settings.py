@@ -16,6 +16,8 @@ from pathlib import Path
 from typing import Generic, TypeVar
 
 from tcp.errors import InputError, UsageError
+from tcp.files.excellon.bulk import Numbers
+from tcp.files.excellon.document import Ints
 from tcp.files.excellon.numbers import Digits, Style, Units, Zeros, parse_digits, pointed, unpointed
 
 STANDARD = {Units.INCH: Digits(2, 4), Units.MM: Digits(3, 3)}
@@ -144,6 +146,25 @@ class Settings:
             self._memo.clear()
         self._memo[text] = value
         return value
+
+    def values(self, numbers: Numbers) -> Ints | None:
+        """Coordinates in units of ``10**-PLACES``; None where :meth:`value` has to look at each."""
+        if self.units.value is None:
+            return None
+        bare = ~numbers.pointed
+        digits = self.settle() if bare.any() else STANDARD[self.units.value]
+        values = numbers.values(digits, self.zeros.value)
+        if values is None:
+            return None
+        if bare.any():
+            self.unpointed = True
+            self.short = self.short or bool((numbers.count[bare] < digits.width).any())
+            self.places = max(self.places, digits.decimals)
+        if numbers.pointed.any():
+            self.pointed = True
+            self.places = max(self.places, int(numbers.decimals.max()))
+        self.plus = self.plus or bool(numbers.plus.any())
+        return values
 
     def length(self, text: bytes, line: int) -> Fraction | None:
         """A tool's diameter in mm; None where it is not given or has no decimal point."""

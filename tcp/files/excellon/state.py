@@ -52,8 +52,9 @@ class State:
         self.x: int | None = None
         self.y: int | None = None
         self.at = 0
-        self.columns = tuple(array("q") for _ in range(10))
+        self.columns = tuple(array(code) for code in "biqqqqiiii")
         self.barrier = 0
+        self.singly = 0  # lines before this one are read one by one
         self.repeats: dict[int, list[Repeat]] = {}
         self.routes: dict[int, tuple[Motion, ...]] = {}
         self.open: list[Motion] = []

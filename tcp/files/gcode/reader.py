@@ -373,7 +373,18 @@ class _Reader:
         x, y = x // finer, y // finer
         kind = np.full(n, int(Kind.HIT), dtype=np.int8)
         stretch = np.concatenate(([0], np.cumsum(edge)))
-        return Columns(kind, tool, x, y, x, y, first, last, mark.astype(np.int16), stretch)
+        return Columns(
+            kind,
+            tool.astype(np.int32),
+            x,
+            y,
+            x,
+            y,
+            first.astype(np.int32),
+            last.astype(np.int32),
+            mark.astype(np.int16),
+            stretch.astype(np.int32),
+        )
 
 
 def _number(text: bytes) -> str:

@@ -29,8 +29,8 @@ def reorder(program: Program, orders: Orders) -> bytes:
     document, rows = program.document, program.rows
     target = {
         int(rows.first[slot]): program.names[turn.row]
-        for a, turns in orders.items()
-        for slot, turn in enumerate(turns, start=a)
+        for a, order in orders.items()
+        for slot, turn in enumerate(order, start=a)
     }
     out: list[bytes] = []
     old: tuple[bytes, bytes] | None = None
