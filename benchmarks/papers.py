@@ -27,6 +27,7 @@ from tcp.experiments.spec import ROWS, Experiment, load
 from tcp.experiments.statistics import Summary, summarise
 from tcp.experiments.table import markdown, whole_report
 from tcp.files import read
+from tcp.fleet import Fleet
 from tcp.result import decimal
 from tcp.stop import Clock
 
@@ -90,7 +91,7 @@ def tables(
         experiment = load(FILES / f"{name}.toml")
         experiment = replace(experiment, runs=min(runs, cap or runs))
         known = optima(experiment)
-        made = stored if report else conduct(experiment, known, journal, jobs=jobs)
+        made = stored if report else conduct(experiment, known, journal, fleet=Fleet(jobs))
         done.append((experiment, summarise(experiment.columns, known, made)))
     order = [p.stem for p in sorted(FILES.glob("*.toml"))]
     return sorted(done, key=lambda pair: order.index(list(RUNS)[done.index(pair)]))

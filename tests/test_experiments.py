@@ -17,13 +17,14 @@ import pytest
 from click.testing import CliRunner
 
 from tcp.cli.main import main
-from tcp.errors import InputError, UsageError
+from tcp.errors import InputError
 from tcp.experiments.journal import Journal, Run
 from tcp.experiments.plot import best_so_far
 from tcp.experiments.run import conduct, optima
 from tcp.experiments.spec import load
 from tcp.experiments.statistics import mean_interval, summarise, wilson
 from tcp.experiments.table import paper_table, whole_report
+from tcp.fleet import Fleet
 from tcp.solve import SOLVERS
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -167,9 +168,9 @@ def test_hits_and_last_improvements():
 def test_results_are_the_same_for_one_and_two_processes(small, tmp_path):
     experiment = load(small)
     known = optima(experiment)
-    alone = conduct(experiment, known, Journal(tmp_path / "1.jsonl"), jobs=1)
+    alone = conduct(experiment, known, Journal(tmp_path / "1.jsonl"), fleet=Fleet(1))
     assert len(alone) == 12 and all(run.cost >= run.optimum for run in alone.values())
-    two = conduct(experiment, known, Journal(tmp_path / "2.jsonl"), jobs=2)
+    two = conduct(experiment, known, Journal(tmp_path / "2.jsonl"), fleet=Fleet(2))
     assert facts(two) == facts(alone)
 
 
@@ -178,14 +179,13 @@ def test_a_dask_cluster_of_two_processes_gives_the_same_results(small, tmp_path)
     distributed = pytest.importorskip("distributed", reason="the dask extra is not installed")
     experiment = load(small)
     known = optima(experiment)
-    alone = conduct(experiment, known, Journal(tmp_path / "1.jsonl"), jobs=1)
+    alone = conduct(experiment, known, Journal(tmp_path / "1.jsonl"), fleet=Fleet(1))
     with distributed.LocalCluster(
         n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None
     ) as cluster:
         journal = Journal(tmp_path / "d.jsonl")
-        dask = conduct(
-            experiment, known, journal, backend="dask", scheduler=cluster.scheduler_address
-        )
+        fleet = Fleet(backend="dask", scheduler=cluster.scheduler_address)
+        dask = conduct(experiment, known, journal, fleet=fleet)
     assert facts(dask) == facts(alone) == facts(journal.runs())
 
 
@@ -195,27 +195,16 @@ def test_a_run_is_its_column_and_seed(small, tmp_path):
     journal = Journal(tmp_path / "j.jsonl")
     heard = []
     few = conduct(
-        replace(experiment, runs=2), known, journal, jobs=1, told=lambda *n: heard.append(n)
+        replace(experiment, runs=2), known, journal, fleet=Fleet(1), told=lambda *n: heard.append(n)
     )
     assert heard == [(k, 4) for k in range(5)]
-    all_runs = conduct(experiment, known, journal, jobs=1)
+    all_runs = conduct(experiment, known, journal, fleet=Fleet(1))
     assert facts(few).items() <= facts(all_runs).items()
     stamp = journal.path.read_bytes()
-    assert conduct(experiment, known, journal, jobs=1) == all_runs
+    assert conduct(experiment, known, journal, fleet=Fleet(1)) == all_runs
     assert journal.path.read_bytes() == stamp
     other = replace(experiment.columns[0], options={"np": 11, "generations": 900})
     assert other.key(5) != experiment.columns[0].key(5)
-
-
-def test_backends_need_what_they_need(small, tmp_path):
-    experiment, journal = load(small), Journal(tmp_path / "j.jsonl")
-    known = optima(experiment)
-    with pytest.raises(UsageError, match="unknown backend"):
-        conduct(experiment, known, journal, backend="threads")
-    with pytest.raises(UsageError, match="--scheduler needs"):
-        conduct(experiment, known, journal, scheduler="tcp://x:1")
-    with pytest.raises(UsageError, match=r"needs --scheduler|pip install"):
-        conduct(experiment, known, journal, backend="dask")
 
 
 def test_killed_at_any_moment_it_continues_and_ends_with_the_same_table(small, tmp_path):
@@ -233,8 +222,8 @@ def test_killed_at_any_moment_it_continues_and_ends_with_the_same_table(small, t
     os.truncate(lines, lines.stat().st_size - 17)
     experiment = load(small)
     known = optima(experiment)
-    resumed = conduct(experiment, known, Journal(lines), jobs=1)
-    fresh = conduct(experiment, known, Journal(tmp_path / "fresh.jsonl"), jobs=1)
+    resumed = conduct(experiment, known, Journal(lines), fleet=Fleet(1))
+    fresh = conduct(experiment, known, Journal(tmp_path / "fresh.jsonl"), fleet=Fleet(1))
     assert facts(resumed) == facts(fresh)
     tables = [
         paper_table(experiment, summarise(experiment.columns, known, runs))
@@ -258,7 +247,7 @@ def test_intervals_are_the_textbooks():
 def test_the_table_shows_the_papers_figures_and_ours(small, tmp_path):
     experiment = load(small)
     known = optima(experiment)
-    runs = conduct(experiment, known, Journal(tmp_path / "j.jsonl"), jobs=1)
+    runs = conduct(experiment, known, Journal(tmp_path / "j.jsonl"), fleet=Fleet(1))
     summaries = summarise(experiment.columns, known, runs)
     assert [s is None for s in summaries] == [False, True, False]
     text = whole_report(experiment, summaries)
@@ -280,7 +269,7 @@ def test_the_table_shows_the_papers_figures_and_ours(small, tmp_path):
 def test_a_column_without_success_says_so(small, tmp_path):
     experiment = load(small)
     known = optima(experiment)
-    runs = conduct(experiment, known, Journal(tmp_path / "j.jsonl"), jobs=1)
+    runs = conduct(experiment, known, Journal(tmp_path / "j.jsonl"), fleet=Fleet(1))
     worse = {k: replace(r, cost=r.optimum * 2, trace=[[0, r.optimum * 2]]) for k, r in runs.items()}
     summary = summarise(experiment.columns, known, worse)[0]
     assert summary.figure("least_iterations") == "none"

@@ -9,13 +9,15 @@ from pathlib import Path
 
 import click
 
+from tcp.cli.options import fleet_options
 from tcp.cli.terminal import on_terminal
 from tcp.errors import OutputError, UsageError
 from tcp.experiments.journal import Journal
-from tcp.experiments.run import BACKENDS, Told, conduct, optima
+from tcp.experiments.run import Told, conduct, optima
 from tcp.experiments.spec import load
 from tcp.experiments.statistics import summarise
 from tcp.experiments.table import honest_table, whole_report
+from tcp.fleet import Fleet
 
 EPILOG = """\b
 Examples:
@@ -29,7 +31,7 @@ moment, even killed, the same command continues where it was and ends with the s
 
 \b
 Exit codes: 0 done, 2 usage, 3 unreadable or invalid experiment, 7 results cannot be
-written, 70 internal error, 130 interrupted (what is finished is kept)."""
+written, 70 internal error or workers lost for good, 130 interrupted (what is finished is kept)."""
 
 
 @click.command(epilog=EPILOG)
@@ -37,12 +39,7 @@ written, 70 internal error, 130 interrupted (what is finished is kept)."""
     "files", nargs=-1, required=True, metavar="EXPERIMENT...", type=click.Path(path_type=Path)
 )
 @click.option("--runs", type=click.IntRange(min=1), help="Runs of each column, not the file's.")
-@click.option("--jobs", type=click.IntRange(min=1), help="Processes; default one a core.")
-@click.option(
-    "--backend", type=click.Choice(BACKENDS), default="loky", show_default=True,
-    help="Where runs are made: here, or on an existing cluster.",
-)  # fmt: skip
-@click.option("--scheduler", metavar="ADDRESS", help="The cluster's, for dask and ray.")
+@fleet_options("one a core")
 @click.option(
     "--results", type=click.Path(path_type=Path), default=Path("results"), show_default=True,
     help="Folder of the results files.",
@@ -65,16 +62,14 @@ def command(
     """
     if plot is not None and len(files) > 1:
         raise UsageError("--plot draws one experiment; name one file")
+    fleet = Fleet(jobs, backend, scheduler)
     for path in files:
         experiment = load(path)
         experiment = experiment if runs is None else replace(experiment, runs=runs)
         known = optima(experiment)
         journal = Journal(results / f"{path.stem}.jsonl")
         with _progress(path.stem) as told:
-            made = conduct(
-                experiment, known, journal,
-                jobs=jobs, backend=backend, scheduler=scheduler, told=told,
-            )  # fmt: skip
+            made = conduct(experiment, known, journal, fleet=fleet, told=told)
         summaries = summarise(experiment.columns, known, made)
         click.echo(whole_report(experiment, summaries) if table else honest_table(summaries))
         if plot is not None:

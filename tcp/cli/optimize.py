@@ -18,12 +18,13 @@ from tcp.boards.effort import LIMITS, Effort
 from tcp.boards.machine import Machine, read_machine
 from tcp.boards.optimise import Board, News, Wishes, optimise
 from tcp.cli.main import complain
-from tcp.cli.options import number, point
+from tcp.cli.options import fleet_options, number, point
 from tcp.cli.terminal import on_terminal, output_path, tell
 from tcp.errors import Exit, OutputError, TcpError, UsageError
 from tcp.files.drilling import read_drilling
-from tcp.files.excellon import Hints, hints, oddities
+from tcp.files.excellon import Hints, Program, hints, oddities
 from tcp.files.write import write_file
+from tcp.fleet import Fleet, FleetError
 from tcp.report.board import board_data, board_table, summary_table
 from tcp.travel import parse_model
 
@@ -33,6 +34,8 @@ Examples:
   tcp optimize --check gerbers/               how much travel is wasted?
   tcp optimize --exact --out fab/ *.drl       proved, or exit code 5
   tcp optimize --machine linear.toml --start 0,0 --park 0,400 board.drl
+  tcp optimize --jobs 8 boards/*.drl
+  tcp optimize --backend dask --scheduler 10.0.0.5:8786 boards/*.drl
   tcp optimize --units inch --format 2:4 --zeros lz pads.drl
 
 \b
@@ -57,21 +60,86 @@ class Job:
     many: bool
     live: bool
 
-    def run(self, path: Path) -> tuple[Board, Path | None, Exit]:
-        """Optimise and write one board."""
+    def read(self, path: Path) -> Program:
+        """Read one board, and say what is odd about it."""
         program = read_drilling(path, self.hints)
         tell(path, [*program.notes, *oddities(program)])
-        with _live(self.live) as news:
-            board = optimise(program, self.wishes, self.hints, news)
+        return program
+
+    def deliver(self, board: Board) -> tuple[Path | None, Exit]:
+        """Write an optimised board; where to, and what it means for the exit code."""
         written = None
         if not (self.dry_run or self.check) and not (self.exact and not board.proved):
             written = write_board(board, self.target, self.many, self.hints)
-        code = Exit.OK
         if self.exact and not board.proved:
-            code = Exit.NO_PROOF
-        elif self.check and board.costs_after.total < board.costs_before.total:
-            code = Exit.FINDINGS
-        return board, written, code
+            return written, Exit.NO_PROOF
+        if self.check and board.costs_after.total < board.costs_before.total:
+            return written, Exit.FINDINGS
+        return written, Exit.OK
+
+
+@dataclass(frozen=True)
+class Optimised:
+    """What became of one file: a board, the file it went to, or what went wrong."""
+
+    board: Board | None = None
+    written: Path | None = None
+    code: Exit = Exit.OK
+    error: TcpError | None = None
+
+
+def _optimised(task: tuple[Program, Wishes, Hints]) -> Board | TcpError:
+    """One board: what a worker process does."""
+    try:
+        return optimise(*task)
+    except TcpError as error:
+        return error
+
+
+def _one_by_one(job: Job, paths: list[Path]) -> Iterator[Optimised]:
+    """The boards in turn, with a live line; stops after one that was interrupted."""
+    for path in paths:
+        try:
+            program = job.read(path)
+            with _live(job.live) as news:
+                board = optimise(program, job.wishes, job.hints, news)
+            yield Optimised(board, *job.deliver(board))
+        except TcpError as error:
+            yield Optimised(error=error)
+            continue
+        if board.interrupted:
+            return
+
+
+def _side_by_side(job: Job, paths: list[Path], fleet: Fleet) -> Iterator[Optimised]:
+    """The boards on many processes: each written once done, given away in file order."""
+    done: dict[int, Optimised] = {}
+    tasks: dict[int, tuple[Program, Wishes, Hints]] = {}
+    for place, path in enumerate(paths):
+        try:
+            tasks[place] = (job.read(path), job.wishes, job.hints)
+        except TcpError as error:
+            done[place] = Optimised(error=error)
+    places, following = list(tasks), 0
+    try:
+        for k, found in fleet.run(_optimised, list(tasks.values())):
+            done[places[k]] = _delivered(job, found)
+            while following in done:
+                yield done.pop(following)
+                following += 1
+    except (KeyboardInterrupt, FleetError):  # tell what is finished, for it is written
+        yield from (done[place] for place in sorted(done))
+        raise
+    yield from (done[place] for place in sorted(done))
+
+
+def _delivered(job: Job, found: Board | TcpError) -> Optimised:
+    if isinstance(found, TcpError):
+        return Optimised(error=found)
+    try:
+        return Optimised(found, *job.deliver(found))
+    except TcpError as error:
+        return Optimised(error=error)
 
 
 @contextmanager
@@ -156,6 +224,7 @@ def _options(options: list[Any]) -> Callable[[Function], Function]:
 @click.option("--keep", multiple=True, metavar="T", help="A tool whose order stays; repeatable.")
 @_options(_MACHINE)
 @_options(_READING)
+@fleet_options("1, boards one after the other")
 @click.option("--out", "-o", type=click.Path(path_type=Path), help="File or directory to write.")
 @click.option("--in-place", is_flag=True, help="Replace the input; it is kept as NAME.bak.")
 @click.option("--force", is_flag=True, help="Overwrite an existing output.")
@@ -178,21 +247,20 @@ def command(files: tuple[Path, ...], **given: Any) -> int:
     """
     boards, worst = [], Exit.OK
     paths = collect(files)
-    job = _job(given, len(paths) > 1)
-    for path in paths:
-        try:
-            board, written, code = job.run(path)
-        except TcpError as error:
-            worst = max(worst, complain(error))
+    job, fleet = _job(given, len(paths) > 1), _fleet(given)
+    each = _one_by_one(job, paths) if fleet.alone else _side_by_side(job, paths, fleet)
+    for found in each:
+        if found.error is not None:
+            worst = max(worst, complain(found.error))
+        if found.board is None:
             continue
+        board, written = found.board, found.written
         boards.append((board, written))
         _show(board, given["plot"], given["report"], job.many)
-        worst = max(worst, code)
+        worst = max(worst, found.code)
         click.echo(
             json.dumps(board_data(board, written)) if job.as_json else board_table(board, written)
         )
-        if board.interrupted:
-            break
     if len(boards) > 1 and not job.as_json:
         click.echo("\n" + summary_table([board for board, _ in boards]))
     if given["manifest"] is not None:
@@ -256,6 +324,14 @@ def _job(given: dict[str, Any], many: bool) -> Job:
         many=many,
         live=not given["as_json"] and on_terminal(),
     )
+
+
+def _fleet(given: dict[str, Any]) -> Fleet:
+    """Where the boards are worked on: one after the other, unless more is asked for."""
+    jobs = given["jobs"]
+    if jobs is None and given["backend"] == "loky":
+        jobs = 1
+    return Fleet(jobs, given["backend"], given["scheduler"])
 
 
 def _folder(path: Path | None) -> Path | None:

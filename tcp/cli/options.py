@@ -21,6 +21,7 @@ import click
 
 from tcp.errors import InputError, UsageError
 from tcp.files import Reading, read
+from tcp.fleet import BACKENDS
 from tcp.instance import Ends, Instance
 from tcp.rules import Balance, Rules
 from tcp.travel import ALIASES, Model, Rounding, Travel, parse_model
@@ -210,6 +211,28 @@ def problem_options(function: Callable[..., Any]) -> Callable[..., Any]:
     for option in reversed(_OPTIONS):
         wrapped = option(wrapped)
     return wrapped
+
+
+def fleet_options(default: str) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
+    """Give a command ``jobs``, ``backend``, ``scheduler``; ``default`` is what no jobs mean."""
+    options = (
+        click.option(
+            "--jobs", type=click.IntRange(min=1), metavar="N",
+            help=f"Processes.  [default: {default}; all of a cluster]",
+        ),
+        click.option(
+            "--backend", type=click.Choice(BACKENDS), default=BACKENDS[0], show_default=True,
+            help="Processes of this machine, or an existing Dask or Ray cluster.",
+        ),
+        click.option("--scheduler", metavar="HOST:PORT", help="Where the cluster's scheduler is."),
+    )  # fmt: skip
+
+    def give(function: Callable[..., Any]) -> Callable[..., Any]:
+        for option in reversed(options):
+            function = option(function)
+        return function
+
+    return give
 
 
 _OPTIONS = [

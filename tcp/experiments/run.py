@@ -2,24 +2,20 @@
 
 from __future__ import annotations
 
-import os
 import time
-from collections.abc import Callable, Iterable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import Any
 
-from tcp.errors import ProofError, UsageError
+from tcp.errors import ProofError
 from tcp.experiments.journal import Journal, Run
 from tcp.experiments.spec import Column, Experiment
+from tcp.fleet import Fleet
 from tcp.instance import Instance
 from tcp.result import Result, Status
 from tcp.solve import solve
 from tcp.stop import Stop
 from tcp.validate.store import CertificateFolder
-
-BACKENDS = ("loky", "dask", "ray")
 
 
 @dataclass(frozen=True)
@@ -95,15 +91,13 @@ def conduct(
     known: dict[str, Optimum],
     journal: Journal,
     *,
-    jobs: int | None = None,
-    backend: str = "loky",
-    scheduler: str | None = None,
+    fleet: Fleet | None = None,
     told: Told = lambda done, total: None,
 ) -> dict[str, Run]:
     """Make every run that the journal lacks, and return all runs of the experiment by key.
 
-    Results do not depend on ``jobs`` or ``backend``: a run is its column and
-    its seed.  A run ends early once it has the proved optimum: it cannot improve.
+    Results do not depend on the fleet: a run is its column and its seed.  A
+    run ends early once it has the proved optimum: it cannot improve.
 
     Parameters
     ----------
@@ -113,19 +107,17 @@ def conduct(
         Proved optima (:func:`optima`).
     journal : Journal
         Where finished runs are kept.
-    jobs : int, optional
-        Processes; default: one a core.
-    backend : {"loky", "dask", "ray"}
-        joblib's own backends; the last two use an existing cluster.
-    scheduler : str, optional
-        Address of the Dask scheduler or Ray head.
+    fleet : Fleet, optional
+        Where the runs are made; default: one process a core.
     told : callable
         Hears of progress.
 
     Raises
     ------
     UsageError
-        For an unknown backend, or one whose package is not installed.
+        If the fleet cannot be reached.
+    FleetError
+        If it is lost; the runs that came back are in the journal.
     """
     done = journal.runs()
     wanted = {
@@ -140,17 +132,17 @@ def conduct(
     if missing:
         _warm(experiment)
         tasks = [(key, c, seed, known[c.instance.sha256].cost) for key, c, seed in missing]
-        with _cluster(backend, scheduler):
-            for run in _parallel(tasks, jobs, backend):
-                journal.append(run)
-                done[run.key] = run
-                finished += 1
-                told(finished, len(wanted))
+        for _, run in (fleet or Fleet()).run(one_run, tasks):
+            journal.append(run)
+            done[run.key] = run
+            finished += 1
+            told(finished, len(wanted))
     return {key: done[key] for key in wanted}
 
 
-def one_run(key: str, column: Column, seed: int, optimum: int) -> Run:
-    """One run of a column: what every worker process does."""
+def one_run(task: tuple[str, Column, int, int]) -> Run:
+    """One run: key, column, seed and proved optimum.  What every worker process does."""
+    key, column, seed, optimum = task
     result = solve(
         column.instance,
         column.solver,
@@ -180,66 +172,3 @@ def _warm(experiment: Experiment) -> None:
     """Compile in this process first, so that workers find the compiled code in the cache."""
     for column in {c.solver: c for c in experiment.columns if c.solver}.values():
         solve(column.instance, column.solver, stop=Stop(iterations=1), **column.options)
-
-
-def _parallel(
-    tasks: list[tuple[str, Column, int, int]], jobs: int | None, backend: str
-) -> Iterator[Run]:
-    """Finished runs, as soon as the backend gives them away."""
-    if jobs == 1 and backend == "loky":
-        yield from (one_run(*task) for task in tasks)
-        return
-    from joblib import Parallel, delayed
-
-    count = jobs or (os.cpu_count() or 1 if backend == "loky" else -1)
-    if backend == "ray":  # returns only whole batches
-        for batch in _batches(tasks, 32):
-            yield from Parallel(n_jobs=count)(delayed(one_run)(*task) for task in batch)
-        return
-    pool = Parallel(n_jobs=count, return_as="generator_unordered")
-    yield from pool(delayed(one_run)(*task) for task in tasks)
-
-
-def _batches(tasks: list[Any], size: int) -> Iterable[list[Any]]:
-    return (tasks[k : k + size] for k in range(0, len(tasks), size))
-
-
-@contextmanager
-def _cluster(backend: str, scheduler: str | None) -> Iterator[None]:
-    """Connect joblib to a backend for the time of the runs."""
-    if backend not in BACKENDS:
-        raise UsageError(f"unknown backend {backend!r}; expected one of {', '.join(BACKENDS)}")
-    if backend == "loky":
-        if scheduler is not None:
-            raise UsageError("--scheduler needs --backend dask or ray")
-        yield
-        return
-    from joblib import parallel_config
-
-    try:
-        with _connected(backend, scheduler), parallel_config(backend=backend):
-            yield
-    except ModuleNotFoundError as error:
-        remedy = f"pip install 'tcp-drill[{backend}]'"
-        raise UsageError(f"--backend {backend} needs {error.name}: {remedy}") from None
-
-
-@contextmanager
-def _connected(backend: str, scheduler: str | None) -> Iterator[None]:
-    if backend == "dask":
-        if scheduler is None:
-            raise UsageError("--backend dask needs --scheduler ADDRESS of a running cluster")
-        from distributed import Client
-
-        with Client(scheduler):
-            yield
-        return
-    import ray
-    from ray.util.joblib import register_ray
-
-    ray.init(address=scheduler or "auto")
-    register_ray()
-    try:
-        yield
-    finally:
-        ray.shutdown()
