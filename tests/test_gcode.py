@@ -124,7 +124,7 @@ def test_a_later_line_that_leans_on_a_coordinate_is_spelled_out():
 
 
 @pytest.mark.parametrize(
-    "line", ["G1 X5 Y5", "G2 X1 Y1 I3 J0", "O100 sub", "#2 = [1+2]", "G81 X1 Y1 L3", "G68 R45", "Q"]
+    "line", ["G1 X5 Y5", "G2 X1 Y1 I3 J0", "O100 sub", "#2 = [1+2]", "G81 X1 Y1 L3", "G68 R45", "Q", "T.5", "T99999999"]
 )
 def test_what_is_not_understood_keeps_its_section(line):
     text = CYCLES.replace("G80\nT2", f"{line}\nG80\nT2")
@@ -136,12 +136,62 @@ def test_what_is_not_understood_keeps_its_section(line):
     assert board.data.decode().splitlines()[:10] == text.splitlines()[:10]
 
 
-def test_incremental_programs_are_left_alone():
-    program = program_of(
-        "G21 G91\nG81 X1 Y1 Z-1 R1\nX1\nG90\nG81 X5 Y5 Z-1 R1\nX1 Y1\nX3 Y3\nM30\n"
-    )
+INCREMENTAL = """G21 G90
+T1 M6
+G0 X0 Y0 Z10
+G91
+G98 G81 X1 Y1 Z-3 R-8 F100
+X9
+N40 X-5.5 Y.25 (a)
+Y-1
+G80
+G0 X3 Y3
+G1 Z-7
+G0 Z7
+G0 X-5
+G1 Z-7
+G0 Z3
+G0 Z4
+G0 X4 Y1
+G1 Z-7
+G0 Z7
+G0 X-5
+G1 Z-7
+G0 Z7
+G90 G0 X50
+M2
+"""
+
+
+def test_incremental_programs_get_new_steps():
+    program = program_of(INCREMENTAL)
+    assert program.notes == () and holes(program)[:3] == [(1, 1, 1), (1, 10, 1), (1, 4.5, 1.25)]
     board = optimise(program, FAST)
-    assert not board.changed and "G91" in program.notes[-1]
+    assert board.changed and sorted(holes(board.after)) == sorted(holes(program))
+    lines = board.data.decode().splitlines()
+    assert "N40 X" in lines[6] and lines[6].endswith("(a)")
+    assert lines[-2] == "G90 G0 X50 Y4.25"
+    assert not optimise(board.after, FAST).changed
+
+
+@pytest.mark.parametrize(
+    ("lines", "said"),
+    [
+        ("G91\nG81 X1 Y1 Z-1 R1\nX1\n", "line 3: .* starts from a place"),
+        ("G81 X1 Y1 Z-1 R1\nG91 X9\nX-8 Z-2\nX5\n", "line 4: .* changes the depth of a cycle"),
+        ("G0 X1 Y1\nG91\nG0 X1 Z1\n", "line 4: .* is not understood"),
+    ],
+)
+def test_incremental_moves_that_lean_keep_their_section(lines, said):
+    text = f"G21\n{lines}G90\nG81 X5 Y5 Z-1 R1\nX1 Y1\nX3 Y3\nM30\n"
+    program = program_of(text)
+    board = optimise(program, FAST)
+    assert not board.changed and re.search(said, program.notes[-1])
+
+
+def test_a_rapid_to_a_place_and_a_height_is_followed():
+    program = program_of("G21 G90\nG0 X5 Y5 Z9\nG81 Y3 Z-1 R1\nX7\nM30\n")
+    assert holes(program) == [(0, 5, 3), (0, 7, 3)]
 
 
 @pytest.mark.parametrize("name", ["cycles", "plunges"])
@@ -210,10 +260,17 @@ def programs(draw: st.DrawFn) -> str:
                 words = draw(st.sampled_from(["X{}", "Y{}", "X{} Y{}", "y{} x{}", "X{}Y{} Z-2"]))
                 lines.append(words.format(draw(at), draw(at)))
             lines.append("G80")
-        else:
+        elif draw(st.booleans()):
             for _ in range(draw(st.integers(1, 5))):
                 lines.append(f"G0 X{draw(at)} Y{draw(at)}")
                 lines += [f"G1 Z-{draw(st.integers(1, 2))} F50", "G0 Z5"]
+        else:
+            lines.append(f"G91 G81 X{draw(at)} Z-1 R-4 F100")
+            for _ in range(draw(st.integers(0, 6))):
+                lines.append(
+                    draw(st.sampled_from(["X{}", "Y{}", "X{} Y{}"])).format(draw(at), draw(at))
+                )
+            lines.append(draw(st.sampled_from(["G80 G90", "G90 G80"])))
     if draw(st.booleans()):
         lines = [f"N{next(number)} {line}" if line[0] not in "(%" else line for line in lines]
     end = draw(st.sampled_from(["\n", "\r\n"]))
@@ -259,7 +316,9 @@ def interpreted(path: Path, program: str) -> list[tuple[str, ...]]:
     return sorted(found)
 
 
-@pytest.mark.parametrize("text", [CYCLES, PLUNGES], ids=["cycles", "plunges"])
+@pytest.mark.parametrize(
+    "text", [CYCLES, PLUNGES, INCREMENTAL], ids=["cycles", "plunges", "incremental"]
+)
 def test_linuxcnc_accepts_the_output_and_drills_the_same_holes(text, tmp_path):
     program = shutil.which("rs274")
     if program is None:

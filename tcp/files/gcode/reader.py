@@ -3,8 +3,10 @@
 Understood are the canned cycles G81, G82, G83 and G73 with modal X, Y, Z, R,
 Q and P, and holes made of a rapid to a place, a plunge and a retract (G0/G1).
 Two neighbouring holes may change places if everything but X and Y is the same
-for both: cycle, depths, feed, speed, retract mode, work offset.  Whatever is
-not understood makes its tool section stay as it is, and is named.
+for both: cycle, depths, feed, speed, retract mode, work offset.  Incremental
+moves (G91) lead from where the program has come to; a cycle in G91 is taken
+where R and Z stand on its first line only, so that all its holes are alike.
+Whatever is not understood makes its tool section stay as it is, and is named.
 """
 
 from __future__ import annotations
@@ -13,6 +15,7 @@ import re
 from array import array
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from decimal import Decimal
 from pathlib import Path
 
 import numpy as np
@@ -20,7 +23,7 @@ import numpy as np
 from tcp.errors import InputError
 from tcp.files.excellon.document import Document, cut
 from tcp.files.excellon.numbers import PLACES, Style, Units, pointed
-from tcp.files.excellon.program import Columns, Kind, Mark, Program, Selection, Tool
+from tcp.files.excellon.program import Columns, Kind, Mark, Place, Program, Selection, Tool
 from tcp.files.excellon.settings import Hints
 
 _COMMENT = re.compile(rb"\([^()]*\)|;.*")
@@ -31,6 +34,27 @@ _STATE = {"17", "40", "49", "54", "55", "56", "57", "58", "59", "61", "64", "94"
 _AUXILIARY = {"0", "1", "3", "4", "5", "7", "8", "9"}
 _LETTERS = set("GMTXYZRQPLFSNH")
 
+Coordinate = tuple[int, bytes]
+
+
+@dataclass(frozen=True)
+class Move:
+    """Where a line with X or Y leads.
+
+    Parameters
+    ----------
+    place : (x, y)
+        In units of ``10**-PLACES``.
+    names : (bytes, bytes)
+        X and Y as the program writes them, or would write them in G90.
+    incremental : bool
+        Whether the line is in G91.
+    """
+
+    place: Place
+    names: tuple[bytes, bytes]
+    incremental: bool = False
+
 
 @dataclass(frozen=True, eq=False)
 class GProgram(Program):
@@ -40,17 +64,14 @@ class GProgram(Program):
     ----------
     keys : tuple of str
         For each hole everything but its place: what must be equal to change places.
-    names : tuple of (bytes, bytes)
-        For each hole its X and Y as written.
-    moves : mapping of line to (x, y)
-        Positions that lines with X or Y lead to.
+    moves : mapping of line to Move
+        Where lines with X or Y lead.
     leaning : frozenset of int
         Lines that are not understood and may depend on where the machine stands.
     """
 
     keys: tuple[str, ...] = ()
-    names: tuple[tuple[bytes, bytes], ...] = ()
-    moves: Mapping[int, tuple[tuple[int, bytes], tuple[int, bytes]]] = field(default_factory=dict)
+    moves: Mapping[int, Move] = field(default_factory=dict)
     leaning: frozenset[int] = frozenset()
 
 
@@ -87,16 +108,16 @@ class _Reader:
         self.z = ""
         self.hover: tuple[int, str] | None = None
         self.plunge: list[str] = []
+        self.depth = Decimal(0)
         self.tool, self.pending = 0, 0
         self.at = self.barrier = self.places = 0
         self.columns = tuple(array("q") for _ in range(7))
         self.keys: list[str] = []
-        self.names: list[tuple[bytes, bytes]] = []
-        self.moves: dict[int, tuple[tuple[int, bytes], tuple[int, bytes]]] = {}
+        self.moves: dict[int, Move] = {}
         self.selections = [Selection(0, 0, 0)]
         self.atomic: dict[int, str] = {}
         self.leaning: set[int] = set()
-        self.ended = self.used_91 = False
+        self.ended = False
 
     def run(self) -> GProgram:
         """Read every line."""
@@ -130,12 +151,10 @@ class _Reader:
             return
         self._block(words, bare)
 
-    def _stubborn(self, bare: bytes) -> None:
+    def _stubborn(self, bare: bytes, reason: str = "is not understood") -> None:
         """What is not understood keeps the whole tool section as it is."""
         shown = bare.decode("latin-1")[:30]
-        self.atomic.setdefault(
-            len(self.selections) - 1, f"line {self.at + 1}: {shown!r} is not understood"
-        )
+        self.atomic.setdefault(len(self.selections) - 1, f"line {self.at + 1}: {shown!r} {reason}")
         if _LEANING.search(bare):
             self.leaning.add(self.at)
         self._end_plunge()
@@ -146,6 +165,9 @@ class _Reader:
         codes = [_number(text) for letter, text in words if letter == "G"]
         values = {letter: text for letter, text in words if letter not in "GMN"}
         moving = {"X", "Y", "Z"} & values.keys()
+        if not re.fullmatch(rb"\+?\d{1,6}(\.0*)?", values.get("T", b"0")):
+            self._stubborn(bare)
+            return
         for code in codes:
             if not self._code(code):
                 self._stubborn(bare)
@@ -216,22 +238,23 @@ class _Reader:
 
     def _place(self, values: dict[str, bytes]) -> bool:
         """Take X and Y; False if the place is not known."""
-        if not self.absolute:
-            self.used_91 = True
-            self.x = self.y = None
-            return False
-        for axis in "XY":
-            if axis in values:
-                value = self._value(values[axis])
-                if axis == "X":
-                    self.x = value, values[axis]
-                else:
-                    self.y = value, values[axis]
+        self.x = self._axis(values.get("X"), self.x)
+        self.y = self._axis(values.get("Y"), self.y)
         if self.x is None or self.y is None:
             return False
         if "X" in values or "Y" in values:
-            self.moves[self.at] = (self.x, self.y)
+            (x, x_name), (y, y_name) = self.x, self.y
+            self.moves[self.at] = Move((x, y), (x_name, y_name), not self.absolute)
         return True
+
+    def _axis(self, text: bytes | None, before: tuple[int, bytes] | None) -> Coordinate | None:
+        """One axis behind a word; None where it leads on from nobody knows where."""
+        if text is None:
+            return before
+        value = self._value(text)
+        if self.absolute:
+            return value, text
+        return None if before is None else (before[0] + value, named(before[0] + value))
 
     def _value(self, text: bytes) -> int:
         if self.units is None:
@@ -252,19 +275,24 @@ class _Reader:
 
     def _drill(self, values: dict[str, bytes], named: bool, bare: bytes) -> None:
         """A line while a cycle is active: it drills where it names X or Y."""
+        again = not self.absolute and bool(self.cycle) and bool({"Z", "R"} & values.keys())
         self.cycle |= {c: _number(values[c]) for c in "ZRQP" if c in values}
         if "L" in values and _number(values["L"]) != "1":
             self._stubborn(bare)
+            return
+        if again:
+            self._stubborn(bare, "changes the depth of a cycle in G91")
             return
         if not {"X", "Y"} & values.keys():
             if named and {"Z", "R"} & values.keys():
                 self._stubborn(bare)
             return
         if not self._place(values):
-            self._stubborn(bare)
+            self._stubborn(bare, "starts from a place that the program does not state")
             return
+        mode = "90" if self.absolute else "91"
         key = f"G{self.motion} {sorted(self.cycle.items())} {sorted(self.state.items())} {self.z}"
-        self._row(self.at, key)
+        self._row(self.at, f"G{mode} {key}")
 
     def _move(self, values: dict[str, bytes], bare: bytes) -> None:
         """A G0 or G1 line: a way to a place, a plunge, or a retract."""
@@ -274,25 +302,31 @@ class _Reader:
             return
         if flat:
             self._end_plunge()
-            if self.motion == "1" or level or not self._place(values):
+            known = self._place(values)
+            if self.motion == "1" or level or not known:
                 self.barrier += 1
-                self.z = _number(values["Z"]) if level else self.z
-                self.hover = None
+                if level:
+                    self.z = _number(values["Z"]) if self.absolute else ""
                 if self.motion == "1" or not self.absolute:
                     self._stubborn(bare)
                 return
             self.hover = self.at, self.z
             return
         height = _number(values["Z"])
-        if self.hover is None or not self.absolute:
+        if self.hover is None:
             self.z = height if self.absolute else ""
             self.barrier += 1
             return
         feed = self.state.get("F", "") if self.motion == "1" else ""
-        self.plunge.append(f"G{self.motion} Z{height} F{feed}")
-        if height == self.hover[1]:
+        by = "" if self.absolute else "by "
+        self.plunge.append(f"G{self.motion} Z{by}{height} F{feed}")
+        if self.absolute:
+            back, self.z = height == self.hover[1], height
+        else:
+            self.depth += Decimal(height)
+            back, self.z = self.depth == 0, self.hover[1] if self.depth == 0 else ""
+        if back:
             self._end_plunge(closed=True)
-        self.z = height
 
     def _end_plunge(self, closed: bool = False) -> None:
         """Close the hole that a plunge made; one that does not come back up is left alone."""
@@ -302,8 +336,7 @@ class _Reader:
                 self._row(self.hover[0], key)
             else:
                 self.barrier += 1
-        self.hover = None
-        self.plunge = []
+        self.hover, self.plunge, self.depth = None, [], Decimal(0)
 
     def _row(self, first: int, key: str) -> None:
         assert self.x is not None and self.y is not None
@@ -313,7 +346,6 @@ class _Reader:
         for column, value in zip(self.columns, row, strict=True):
             column.append(value)
         self.keys.append(key)
-        self.names.append((self.x[1], self.y[1]))
 
     # -- the end ---------------------------------------------------------------------------
 
@@ -336,8 +368,6 @@ class _Reader:
             for n, reason in self.atomic.items()
             if n in busy
         ]
-        if self.used_91:
-            notes.append("incremental moves (G91) lead to places; the whole order is kept")
         return GProgram(
             path=self.path,
             document=self.document,
@@ -352,7 +382,6 @@ class _Reader:
             selections=tuple(self.selections),
             notes=tuple(notes),
             keys=tuple(self.keys),
-            names=tuple(self.names),
             moves=self.moves,
             leaning=frozenset(self.leaning),
         )
@@ -367,7 +396,7 @@ class _Reader:
         )
         n = len(x)
         part = np.searchsorted([s.first for s in self.selections], np.arange(n), side="right") - 1
-        fixed = np.isin(part, list(self.atomic)) | self.used_91
+        fixed = np.isin(part, list(self.atomic))
         edge = (np.diff(barrier) != 0) | fixed[1:] | fixed[:-1] | (np.diff(part) != 0)
         mark = np.where(fixed, int(Mark.FIXED), 0) | int(Mark.COMPLETE)
         x, y = x // finer, y // finer
@@ -385,6 +414,12 @@ class _Reader:
             mark.astype(np.int16),
             stretch.astype(np.int32),
         )
+
+
+def named(value: int) -> bytes:
+    """A value in units of ``10**-PLACES`` as a word's number, with a point."""
+    bare = b"%0*d" % (PLACES + 1, abs(value))
+    return (b"-" if value < 0 else b"") + bare[:-PLACES] + b"." + bare[-PLACES:].rstrip(b"0")
 
 
 def _number(text: bytes) -> str:

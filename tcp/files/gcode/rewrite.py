@@ -3,7 +3,8 @@
 Every line stays where it is with its number, comment, cycle, depth and feed.
 Holes may change places only where all of that is the same for both, so it is
 enough to give each line the place of another hole.  Where a later line leans
-on a coordinate that used to stand before it, that coordinate is spelled out.
+on a coordinate that used to stand before it, that coordinate is spelled out;
+lines of G91 get the step from the place before.
 """
 
 from __future__ import annotations
@@ -13,13 +14,14 @@ from collections import Counter
 
 from tcp.errors import UsageError
 from tcp.files.excellon.guard import LostError
-from tcp.files.excellon.program import Program
+from tcp.files.excellon.program import Place, Program
 from tcp.files.excellon.rewrite import Orders
-from tcp.files.gcode.reader import GProgram
+from tcp.files.gcode.reader import GProgram, named
 
 _AXIS = rb"[+-]?(?:\d+\.?\d*|\.\d+)"
 _SPLIT = re.compile(rb"(\([^()]*\)|;[^\r\n]*)")
 _PLACE = re.compile(rb"([XxYy])[ \t]*(" + _AXIS + rb")")
+_ORIGIN: Place = (0, 0)
 _FLAT = re.compile(rb"[ \t]*[XxYy][ \t]*" + _AXIS)
 
 
@@ -28,21 +30,21 @@ def reorder(program: Program, orders: Orders) -> bytes:
     assert isinstance(program, GProgram)
     document, rows = program.document, program.rows
     target = {
-        int(rows.first[slot]): program.names[turn.row]
+        int(rows.first[slot]): program.moves[int(rows.first[turn.row])]
         for a, order in orders.items()
         for slot, turn in enumerate(order, start=a)
     }
     out: list[bytes] = []
-    old: tuple[bytes, bytes] | None = None
-    new: tuple[bytes, bytes] | None = None
+    old = new = _ORIGIN
     for number in range(len(document)):
-        line = document.line(number)
-        if number in program.moves:
-            (_, x), (_, y) = program.moves[number]
-            wanted = target.get(number, (x, y))
-            if wanted != (x, y) or (old != new and not _complete(line)):
-                line = _placed(line, *wanted)
-            old, new = (x, y), wanted
+        line, move = document.line(number), program.moves.get(number)
+        if move is not None:
+            wanted = target.get(number, move)
+            if move.incremental:
+                line = _stepped(line, (old, move.place), (new, wanted.place))
+            elif wanted.names != move.names or (old != new and not _complete(line)):
+                line = _placed(line, *wanted.names)
+            old, new = move.place, wanted.place
         elif number in program.leaning and old != new:
             raise UsageError(
                 f"{program.path}:{number + 1}: this line depends on the hole before it; "
@@ -50,6 +52,12 @@ def reorder(program: Program, orders: Orders) -> bytes:
             )
         out.append(line)
     return b"".join(out)
+
+
+def _stepped(line: bytes, before: tuple[Place, Place], after: tuple[Place, Place]) -> bytes:
+    """A line of G91 with the step that it takes now, if that is another one."""
+    steps = [(q[0] - p[0], q[1] - p[1]) for p, q in (before, after)]
+    return line if steps[0] == steps[1] else _placed(line, named(steps[1][0]), named(steps[1][1]))
 
 
 def _complete(line: bytes) -> bool:
