@@ -76,7 +76,12 @@ def test_the_page_is_well_formed_escaped_and_needs_nothing_else(board):
 def test_the_picture_shows_both_paths_and_the_long_jumps(board):
     root = ElementTree.fromstring(board_svg(board))
     lines = root.findall(".//{*}polyline")
-    assert len(lines) > 4 and len(root.findall(".//{*}g[@transform]")) == 2
+    assert len(lines) > 4 and len(root.findall("{*}g[@transform]")) == 3
+    text = " ".join(root.itertext())
+    for said in ("before: ", "after: ", "long jump", "first to last move", "T1 0.001 mm", "begin"):
+        assert said in text
+    dashed = root.findall(".//{*}line[@stroke-dasharray]")
+    assert len(dashed) == sum(len(side.jumps) for side in sides(board)) + 1  # one in the legend
     before, after = sides(board)
     assert len(before.jumps) > len(after.jumps) >= 1
     assert NASTY in "".join(root.itertext())
@@ -184,7 +189,8 @@ def test_the_page_plays_in_chromium_without_a_console_error(board, tmp_path):
         limit = time.monotonic() + 20
         while value("document.readyState") != "complete" and time.monotonic() < limit:
             time.sleep(0.05)
-        assert value("document.querySelectorAll('svg').length") == 2
+        assert value("document.querySelectorAll('figure svg').length") == 2
+        assert value("document.querySelectorAll('.fact b')[1].textContent").endswith(" mm")
         assert value("document.body.dataset.shown") == "8"
         value("document.getElementById('play').click()")
         assert value("document.body.dataset.state") == "playing"
@@ -193,6 +199,7 @@ def test_the_page_plays_in_chromium_without_a_console_error(board, tmp_path):
             seen.add(int(value("document.body.dataset.shown")))
             time.sleep(0.05)
         assert len(seen) > 2 and value("document.body.dataset.shown") == "8"
+        assert value("document.getElementById('where').textContent") == "8 of 8, T2"
         value(
             "(function(){const w=document.getElementById('which');w.value='before';"
             "w.dispatchEvent(new Event('change'));})()"

@@ -124,7 +124,18 @@ def test_a_later_line_that_leans_on_a_coordinate_is_spelled_out():
 
 
 @pytest.mark.parametrize(
-    "line", ["G1 X5 Y5", "G2 X1 Y1 I3 J0", "O100 sub", "#2 = [1+2]", "G81 X1 Y1 L3", "G68 R45", "Q", "T.5", "T99999999"]
+    "line",
+    [
+        "G1 X5 Y5",
+        "G2 X1 Y1 I3 J0",
+        "O100 sub",
+        "#2 = [1+2]",
+        "G81 X1 Y1 L3",
+        "G68 R45",
+        "Q",
+        "T.5",
+        "T99999999",
+    ],
 )
 def test_what_is_not_understood_keeps_its_section(line):
     text = CYCLES.replace("G80\nT2", f"{line}\nG80\nT2")

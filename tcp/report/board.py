@@ -35,7 +35,7 @@ def verdict(part: Part) -> str:
 def board_table(board: Board, written: Path | None) -> str:
     """Several lines for a person."""
     unit = board.wishes.machine.unit
-    lines = [f"{board.before.path}: {_what(board)}"]
+    lines = [f"{board.before.path}: {contents(board)}"]
     rows = [("tool", "holes", f"before {unit}", f"after {unit}", f"bound {unit}", "")]
     rows += [
         (
@@ -63,7 +63,8 @@ def _amount(board: Board) -> Any:
     return lambda cost: amount(board, cost)
 
 
-def _what(board: Board) -> str:
+def contents(board: Board) -> str:
+    """What a board consists of, in a few words."""
     program = board.before
     counts = [(program.hits, "holes"), (program.slots, "slots"), (program.routed, "routed paths")]
     what = ", ".join(f"{n} {name}" for n, name in counts if n)
