@@ -265,17 +265,24 @@ def _png(board: Board) -> bytes:
     try:
         from matplotlib.collections import LineCollection
         from matplotlib.figure import Figure
+        from matplotlib.layout_engine import ConstrainedLayoutEngine
     except ImportError:
         raise UsageError("PNG needs matplotlib: pip install 'tcp-drill[plot]'") from None
-    figure = Figure(figsize=(13, 7), layout="constrained")
+    handles = _handles(board)
+    frame = Frame.around(sides(board)[0].places)
+    lines = 1 + (len(handles) + 5) // 6
+    height = 1.6 + 6 * min(frame.height / frame.width, 1.1) + 0.22 * lines
+    foot = 0.22 * lines / height
+    layout = ConstrainedLayoutEngine(rect=(0, foot, 1, 1 - foot))
+    figure = Figure(figsize=(13, height), layout=layout)
     figure.suptitle(board.before.path.name)
     for at, side in enumerate(sides(board)):
         axes = figure.add_subplot(1, 2, at + 1)
         places = np.array(side.places)
-        lines = np.stack([places[:-1], places[1:]], axis=1)
-        colours = [shade(k / max(len(lines) - 1, 1)) for k in range(len(lines))]
-        axes.add_collection(LineCollection(list(lines), colors=colours, linewidths=0.7))
-        jumps = list(lines[side.jumps])
+        moves = np.stack([places[:-1], places[1:]], axis=1)
+        colours = [shade(k / max(len(moves) - 1, 1)) for k in range(len(moves))]
+        axes.add_collection(LineCollection(list(moves), colors=colours, linewidths=0.7))
+        jumps = list(moves[side.jumps])
         axes.add_collection(LineCollection(jumps, colors=JUMP, linewidths=1.1, linestyles="--"))
         dots = [TOOLS[t % len(TOOLS)] for t in side.tools]
         axes.scatter(places[:, 0], places[:, 1], s=4, c=dots, zorder=3)
@@ -285,7 +292,7 @@ def _png(board: Board) -> bytes:
         axes.set_xlabel("x in mm")
         axes.set_ylabel("y in mm")
         axes.set_aspect("equal")
-    figure.legend(handles=_handles(board), loc="outside lower center", ncols=6, fontsize=8)
+    figure.legend(handles=handles, loc="lower center", ncols=6, fontsize=8, frameon=False)
     stream = io.BytesIO()
     figure.savefig(stream, format="png", dpi=110)
     return stream.getvalue()
