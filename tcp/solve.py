@@ -141,7 +141,7 @@ def _with_evidence(
 ) -> Outcome:
     """A solver's outcome with a certificate that the proof engine made, starting from its route."""
     module = import_module(SOLVERS[ENGINE].module)
-    if name == ENGINE or _refusal(ENGINE, instance):
+    if name == ENGINE or refuses(ENGINE, instance):
         return outcome
     proved: Outcome = module.run(
         instance,
@@ -220,7 +220,7 @@ def choose(instance: Instance, exact: bool, certificate: bool = False) -> tuple[
         order = ("held-karp", *order)
     refusals: list[str] = []
     for name in dict.fromkeys(order):
-        refusal = _refusal(name, instance)
+        refusal = refuses(name, instance)
         if refusal is None and name == "held-karp" and size <= SMALL:
             return name, f"{n} holes fit the dynamic programme, which always proves"
         if refusal is None:
@@ -252,7 +252,7 @@ def _check_call(
         kind = type(parameters[option].default)
         if kind in _KINDS and not _fits(value, kind):
             raise UsageError(f"{name}: {option} is {_KINDS[kind]}, not {value!r}")
-    refusal = _refusal(name, instance)
+    refusal = refuses(name, instance)
     if refusal:
         raise UsageError(f"{name} cannot solve {instance.name}: {refusal}")
 
@@ -269,7 +269,7 @@ def _fits(value: Any, kind: type) -> bool:
     return isinstance(value, wide.get(kind, kind))
 
 
-def _refusal(name: str, instance: Instance) -> str | None:
+def refuses(name: str, instance: Instance) -> str | None:
     """Why a registered solver cannot take an instance, or None."""
     entry = SOLVERS[name]
     if instance.rules.sequential and not entry.moves:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 import json
 import os
+import re
 from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
@@ -17,7 +18,7 @@ from hypothesis import strategies as st
 
 from tcp.boards.chain import Candidate, ToolOrder, any_order, in_order
 from tcp.boards.choose import linker, nearest
-from tcp.boards.effort import Effort
+from tcp.boards.effort import Effort, as_it_stands
 from tcp.boards.machine import Machine, read_machine
 from tcp.boards.optimise import Wishes, optimise
 from tcp.boards.trail import follow, measure, rule_for
@@ -389,7 +390,15 @@ def test_the_machines_of_the_manual(path):
         ("[travel]\nmodel = 'warp'", "unknown travel model"),
         ("[travel]\nmodel = 'trapezoidal'", "needs the accelerations"),
         ("tool_change = -1", "greater than 0"),
-        ("drill = inf", "not a finite number"),
+        ("drill = inf", "drill = 'inf' is not a number"),
+        ("tool_change = 'x'", "tool_change = 'x' is not a number"),
+        ("[travel]\nvx = true", "vx = True is not a number"),
+        ("name = 3", "name = 3 is not a text"),
+        ("[travel]\nrounding = 'up2'", "unknown rounding 'up2'; expected nearest or up"),
+        (
+            "[travel]\nmodel = 'trapezoidal'\nvx = 1\nvy = 1\nax = -3\nay = 1",
+            "ax must be greater than 0",
+        ),
     ],
 )
 def test_bad_machines(tmp_path, text, said):
@@ -440,17 +449,76 @@ def test_in_place_keeps_a_backup(board):
     board.write_bytes(before.replace(b"X900", b"X901"))
     done = run(board, "--in-place")
     assert done.exit_code == 7 and "another backup" in done.stderr
-    assert run(board, "--out", board, "--force").exit_code == 7
+    assert run(board, "--out", board, "--force").exit_code == 2
     assert run(board, "--in-place", "--out", "x").exit_code == 2
 
 
 def test_check_and_dry_run_write_nothing(board):
     done = run(board, "--check")
-    assert done.exit_code == 1 and "times" in done.stdout
+    # 0.9 + 0.8 + 0.7 + 0.6 and 0.2 between and 0.009 + 0.004; 0.9 and 0.0 and 0.009 do
+    assert done.exit_code == 1
+    assert "this file travels 3.53 times what is needed (proved)" in done.stdout
     assert run(board, "--dry-run").exit_code == 0
     assert list(board.parent.iterdir()) == [board]
     run(board)
-    assert run(board.with_name("board-optimized.drl"), "--check").exit_code == 0
+    done = run(board.with_name("board-optimized.drl"), "--check")
+    assert done.exit_code == 0 and "no more than what is needed (proved)" in done.stdout
+
+
+def test_check_tells_both_ends_where_there_is_a_gap(board):
+    done = run(board, "--check", "--start", "0.45,0")
+    assert done.exit_code == 1
+    found = re.search(r"travels ([\d.]+) to ([\d.]+) times what is needed: ([\d.]+)", done.stdout)
+    assert found and 1 < float(found[1]) < float(found[2])
+
+
+def test_outputs_without_a_place_are_refused_before_any_work(board, tmp_path, monkeypatch):
+    monkeypatch.setattr("tcp.cli.optimize.optimise", None)
+    other = tmp_path / "other"
+    other.mkdir()
+    (other / "board.drl").write_bytes(board.read_bytes())
+    out = tmp_path / "out"
+    out.mkdir()
+    done = run(board, other / "board.drl", "--out", out)
+    assert done.exit_code == 2 and "would be written twice" in done.stderr
+    for words in (
+        ["--report", tmp_path / "none" / "a.html"],
+        ["--plot", tmp_path / "none" / "a.svg"],
+        ["--manifest", tmp_path / "none" / "a.json"],
+        ["--out", tmp_path / "none" / "a.drl"],
+    ):
+        done = run(board, *words)
+        assert done.exit_code == 7 and "there is no folder" in done.stderr
+        assert done.stderr.count("\n") == 1
+    for words in (["--plot", tmp_path / "a.pdf"], ["--report", tmp_path / "a.txt"]):
+        assert run(board, *words).exit_code == 2
+
+
+def test_more_locked_holes_than_there_are_keep_the_file(board):
+    done = run(board, "--keep-first", 999, "--dry-run")
+    assert done.exit_code == 0 and done.stdout.count("kept as it was") == 2
+
+
+def test_tools_beyond_the_proof_engine_are_sought_and_bounded(monkeypatch):
+    monkeypatch.setattr("tcp.exact.branch_and_cut.run.LARGEST", 20)
+    rng = np.random.default_rng(3)
+    holes = "".join(f"X{x}Y{y}\n" for x, y in rng.integers(0, 999, (40, 2)))
+    board = optimise(program_of("T1\n" + holes), Wishes(time_limit=1))
+    part = board.parts[0]
+    assert part.solved[0].answer.solver == "local-search"
+    assert 0 < part.bound <= part.after < part.before
+
+
+def test_what_ctrl_c_leaves_alone_is_not_called_proved(monkeypatch):
+    import tcp.boards.optimise as module
+
+    def interrupted(instance, as_is, *_: object):
+        return replace(as_it_stands(instance, as_is), interrupted=True)
+
+    monkeypatch.setattr(module, "answer", interrupted)
+    board = optimise(program_of(BODY), FAST)
+    assert board.interrupted and not board.proved
+    assert all(part.bound <= part.after and not part.proved for part in board.parts)
 
 
 def test_json_and_manifest(board, tmp_path):

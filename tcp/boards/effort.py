@@ -10,7 +10,7 @@ from typing import Any
 from tcp.bounds.one_tree import one_tree_bound
 from tcp.instance import Instance
 from tcp.result import Proof, Report, Result, silent
-from tcp.solve import SMALL, sharpen, solve
+from tcp.solve import SMALL, refuses, sharpen, solve
 from tcp.stop import Clock, Stop, StopReason
 
 
@@ -25,17 +25,24 @@ class Effort(StrEnum):
 LIMITS = {Effort.FAST: 1.0, Effort.NORMAL: 10.0, Effort.PROOF: 600.0}
 """Seconds a tool, where no ``--time-limit`` is given."""
 
+CHECK_LIMIT = 2.0
+"""Seconds a tool where a file is only judged."""
+
 PROVER = "branch-and-cut"
 SEEKER = "local-search"
 AS_IS = "file order"
-SHARE = 0.4
-"""Share of the time for the route alone where a proof in time is unlikely."""
-
-BOUND_SHARE = 0.2
-"""Share of the time for a bound that needs no proof engine, where that finds none in time."""
 
 LARGE = 1_500
-"""Nodes from which on the route is sought first, and bounded afterwards."""
+"""Nodes from which on the route is sought first: a proof in time is unlikely there."""
+
+SEEK_SHARE = 0.2
+"""Share of the time for the route alone above :data:`LARGE`; the proof engine improves it."""
+
+BOUND_SHARE = 0.2
+"""Share of the time for Held and Karp's bound, where the proof engine does not run or is late."""
+
+GOOD = 0.01
+"""Gap up to which Held and Karp's bound is not worth its time: it is seldom closer."""
 
 
 @dataclass(frozen=True)
@@ -94,28 +101,34 @@ def answer(
             instance, "auto", exact=True, seed=seed, report=report, certificate=certificate
         )
         return _better(best, found)
-    if effort is Effort.FAST:
-        part = Stop((1 - BOUND_SHARE) * seconds)
-        found = solve(instance, SEEKER, stop=part, seed=seed, report=report)
-        return _bounded(instance, _better(best, found), BOUND_SHARE * seconds)
-    whole, seconds = seconds, seconds * (1 - BOUND_SHARE)
-    if instance.form.size > LARGE:
-        first = solve(instance, SEEKER, stop=Stop(SHARE * seconds), seed=seed, report=report)
-        best = _better(best, first)
-    if best.interrupted:
+    proves = effort is not Effort.FAST and refuses(PROVER, instance) is None
+    share = _seek_share(instance, proves)
+    if share:
+        found = solve(instance, SEEKER, stop=Stop(share * seconds), seed=seed, report=report)
+        best = _better(best, found)
+    if proves and not best.interrupted:
+        known: dict[str, Any] = {} if best.solver == AS_IS else {"start_route": best.route}
+        reserve = BOUND_SHARE if instance.form.size > LARGE else 0.0
+        left = Stop(max((1 - reserve) * seconds - best.seconds, 0.1))
+        found = solve(
+            instance, PROVER, stop=left, seed=seed, report=report, certificate=certificate, **known
+        )
+        best = _better(best, found)
+    if best.bound is not None and best.bound >= (1 - GOOD) * best.cost:
         return best
-    known: dict[str, Any] = {} if best.solver == AS_IS else {"start_route": best.route}
-    left = Stop(max(seconds - best.seconds, 0.1))
-    found = solve(
-        instance, PROVER, stop=left, seed=seed, report=report, certificate=certificate, **known
-    )
-    best = _better(best, found)
-    return _bounded(instance, best, max(whole - best.seconds, 0.1))
+    return _bounded(instance, best, max(seconds - best.seconds, 0.5 * BOUND_SHARE * seconds))
+
+
+def _seek_share(instance: Instance, proves: bool) -> float:
+    """Share of the time for the local search before anything else."""
+    if not proves:
+        return 1 - BOUND_SHARE
+    return SEEK_SHARE if instance.form.size > LARGE else 0.0
 
 
 def _bounded(instance: Instance, best: Answer, seconds: float) -> Answer:
-    """With the one-tree bound, where the proof engine had no time to find a better one."""
-    if best.optimal or best.interrupted:
+    """With Held and Karp's bound, where it is the better one."""
+    if best.interrupted:
         return best
     clock = Clock(Stop(seconds))
     value = sharpen(instance, one_tree_bound(instance, clock=clock).value) or 0

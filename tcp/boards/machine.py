@@ -9,7 +9,7 @@ from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
-from tcp.errors import InputError, TcpError
+from tcp.errors import InputError, TcpError, UsageError
 from tcp.travel import Model, Rounding, Travel, parse_model
 from tcp.workpiece import exact_decimal
 
@@ -66,25 +66,26 @@ def read_machine(path: str | Path) -> Machine:
     path = Path(path)
     try:
         with path.open("rb") as file:
-            data = tomllib.load(file, parse_float=exact_decimal)
+            data = tomllib.load(file, parse_float=str)
     except OSError as error:
         raise InputError(
             f"cannot be read: {(error.strerror or str(error)).lower()}", path
         ) from None
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         raise InputError(f"is no TOML file: {error}", path) from None
-    except TcpError as error:
-        raise InputError(str(error), path) from None
     _known(data, KEYS, "the profile", path)
     table = data.get("travel", {})
     if not isinstance(table, Mapping):
         raise InputError("[travel] must be a table", path)
     _known(table, TRAVEL_KEYS, "[travel]", path)
+    name = data.get("name", path.stem)
+    if not isinstance(name, str):
+        raise InputError(f"name = {name!r} is not a text", path)
     return Machine(
         travel=_travel(table, path),
         tool_change=_number(data, "tool_change", path, zero=True) or Fraction(0),
         drill=_number(data, "drill", path, zero=True) or Fraction(0),
-        name=str(data.get("name", path.stem)),
+        name=name,
         timed="vx" in table,
     )
 
@@ -102,10 +103,18 @@ def _number(data: Mapping[str, Any], key: str, path: Path, zero: bool = False) -
     try:
         value = Fraction(exact_decimal(data[key]))
     except (TcpError, TypeError, ValueError):
-        raise InputError(f"{key} = {data[key]!r} is not a number", path) from None
+        value = None
+    if value is None or isinstance(data[key], bool):
+        raise InputError(f"{key} = {data[key]!r} is not a number", path)
     if value < 0 or (value == 0 and not zero):
         raise InputError(f"{key} must be greater than 0, not {value}", path)
     return value
+
+
+def _rounding(text: str) -> Rounding:
+    if text not in list(Rounding):
+        raise UsageError(f"unknown rounding {text!r}; expected {' or '.join(Rounding)}")
+    return Rounding(text)
 
 
 def _travel(table: Mapping[str, Any], path: Path) -> Travel:
@@ -118,7 +127,7 @@ def _travel(table: Mapping[str, Any], path: Path) -> Travel:
         if "axes" in table:
             given["axes"] = parse_model(str(table["axes"]))
         if "rounding" in table:
-            given["rounding"] = Rounding(str(table["rounding"]))
+            given["rounding"] = _rounding(str(table["rounding"]))
         return Travel(parse_model(str(table.get("model", "simultaneous"))), **given)
     except InputError:
         raise

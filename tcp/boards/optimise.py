@@ -63,6 +63,8 @@ class Wishes:
         Write repeats and step-and-repeat blocks out hole by hole.
     certificates : path, optional
         Folder for a certificate of every stretch that is proved.
+    check : bool
+        Whether the file is only to be judged: the report says how much of its travel is needed.
     """
 
     machine: Machine = field(default_factory=Machine)
@@ -77,6 +79,7 @@ class Wishes:
     merge: bool = False
     expand: bool = False
     certificates: Path | None = None
+    check: bool = False
 
     @property
     def text_guard(self) -> str:
@@ -404,7 +407,7 @@ def _parts(
                 bound=bound,
                 proof=_weakest(mine) if closed else Proof.NONE,
                 solved=mine,
-                locked=number in locked,
+                locked=number in locked or b <= wishes.keep_first,
                 proved=closed or number in locked,
             )
         )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from fractions import Fraction
@@ -14,12 +14,12 @@ import click
 
 from tcp.boards.chain import ToolOrder
 from tcp.boards.deliver import Target, collect, manifest, write_board
-from tcp.boards.effort import LIMITS, Effort
+from tcp.boards.effort import CHECK_LIMIT, LIMITS, Effort
 from tcp.boards.machine import Machine, read_machine
 from tcp.boards.optimise import Board, News, Wishes, optimise
 from tcp.cli.main import complain
 from tcp.cli.options import fleet_options, number, point
-from tcp.cli.terminal import on_terminal, output_path, tell
+from tcp.cli.terminal import check_outputs, on_terminal, output_path, tell
 from tcp.errors import Exit, OutputError, TcpError, UsageError
 from tcp.files.drilling import read_drilling
 from tcp.files.excellon import Hints, Program, hints, oddities
@@ -54,11 +54,15 @@ class Job:
     hints: Hints
     target: Target
     dry_run: bool
-    check: bool
     exact: bool
     as_json: bool
     many: bool
     live: bool
+
+    @property
+    def writes(self) -> bool:
+        """Whether boards are written, and not only looked at."""
+        return not (self.dry_run or self.wishes.check)
 
     def read(self, path: Path) -> Program:
         """Read one board, and say what is odd about it."""
@@ -69,11 +73,11 @@ class Job:
     def deliver(self, board: Board) -> tuple[Path | None, Exit]:
         """Write an optimised board; where to, and what it means for the exit code."""
         written = None
-        if not (self.dry_run or self.check) and not (self.exact and not board.proved):
+        if self.writes and not (self.exact and not board.proved):
             written = write_board(board, self.target, self.many, self.hints)
         if self.exact and not board.proved:
             return written, Exit.NO_PROOF
-        if self.check and board.costs_after.total < board.costs_before.total:
+        if self.wishes.check and board.costs_after.total < board.costs_before.total:
             return written, Exit.FINDINGS
         return written, Exit.OK
 
@@ -248,6 +252,7 @@ def command(files: tuple[Path, ...], **given: Any) -> int:
     boards, worst = [], Exit.OK
     paths = collect(files)
     job, fleet = _job(given, len(paths) > 1), _fleet(given)
+    _check_outputs(job, paths, given)
     each = _one_by_one(job, paths) if fleet.alone else _side_by_side(job, paths, fleet)
     for found in each:
         if found.error is not None:
@@ -300,7 +305,7 @@ def _job(given: dict[str, Any], many: bool) -> Job:
     wishes = Wishes(
         machine=_machine(given),
         effort=Effort(effort),
-        time_limit=given["time_limit"],
+        time_limit=_time_limit(given),
         seed=given["seed"],
         start=given["start"] or given["home"],
         park=given["park"] or given["home"],
@@ -310,6 +315,7 @@ def _job(given: dict[str, Any], many: bool) -> Job:
         merge=given["merge"],
         expand=given["expand"],
         certificates=_folder(given["certificates"]),
+        check=given["check"],
     )
     return Job(
         wishes=wishes,
@@ -318,12 +324,35 @@ def _job(given: dict[str, Any], many: bool) -> Job:
         ),
         target=Target(given["out"], given["in_place"], given["force"]),
         dry_run=given["dry_run"],
-        check=given["check"],
         exact=given["exact"],
         as_json=given["as_json"],
         many=many,
         live=not given["as_json"] and on_terminal(),
     )
+
+
+def _time_limit(given: dict[str, Any]) -> float | None:
+    """Seconds a tool; a file that is only judged gets fewer."""
+    if given["time_limit"] is None and given["check"] and not given["exact"]:
+        return CHECK_LIMIT if given["effort"] == "normal" else None
+    limit: float | None = given["time_limit"]
+    return limit
+
+
+def _check_outputs(job: Job, paths: Sequence[Path], given: dict[str, Any]) -> None:
+    """See that all that is asked for can be written, before any work is done."""
+    targets: list[tuple[Path, tuple[str, ...]]] = []
+    for path in paths:
+        if job.writes and not job.target.in_place:
+            targets.append((job.target.path(path, job.many), ()))
+        if given["plot"] is not None:
+            targets.append((output_path(given["plot"], path, job.many, ".svg"), (".svg", ".png")))
+        if given["report"] is not None:
+            page = output_path(given["report"], path, job.many, ".html")
+            targets.append((page, (".html", ".htm")))
+    if given["manifest"] is not None:
+        targets.append((given["manifest"], ()))
+    check_outputs(targets, paths)
 
 
 def _fleet(given: dict[str, Any]) -> Fleet:

@@ -9,13 +9,13 @@ from __future__ import annotations
 from pathlib import Path
 from types import ModuleType
 
-from tcp.errors import InputError
 from tcp.files import excellon, gcode
 from tcp.files.excellon import Hints, Program
 from tcp.files.excellon import guard as excellon_guard
 from tcp.files.excellon import rewrite as excellon_rewrite
 from tcp.files.excellon.dialects import looks_excellon, looks_gcode
 from tcp.files.excellon.rewrite import Orders
+from tcp.files.text import read_bounded
 
 
 def read_drilling(path: str | Path, hints: Hints | None = None) -> Program:
@@ -27,10 +27,7 @@ def read_drilling(path: str | Path, hints: Hints | None = None) -> Program:
         If it cannot be read or is not understood.
     """
     path = Path(path)
-    try:
-        data = path.read_bytes()
-    except OSError as error:
-        raise InputError(f"cannot be read: {error.strerror}", path) from None
+    data = read_bounded(path)
     if is_gcode(path, data):
         return gcode.parse(data, path, hints)
     return excellon.parse(data, path, hints)

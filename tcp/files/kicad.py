@@ -17,6 +17,7 @@ from typing import Any
 from tcp.errors import InputError, TcpError
 from tcp.files.layered import STEP, Drill, reading
 from tcp.files.reading import Reading
+from tcp.files.text import read_bounded
 from tcp.workpiece import exact_decimal
 
 _TOKEN = re.compile(r'\s*(?:([()])|"((?:[^"\\]|\\.)*)"|([^\s()"]+))')
@@ -36,9 +37,7 @@ def read(path: Path, *, units: str | None = None, tool: str | int | None = None)
     if units == "inch":
         raise InputError("KiCad boards are in mm; drop --units", path)
     try:
-        text = path.read_text(encoding="utf-8")
-    except OSError as error:
-        raise InputError(f"cannot be read: {(error.strerror or '').lower()}", path) from None
+        text = read_bounded(path).decode("utf-8")
     except UnicodeDecodeError:
         raise InputError("is not UTF-8 text; expected a KiCad board", path) from None
     board = _parse(text, path)

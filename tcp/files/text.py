@@ -42,6 +42,25 @@ def read_lines(path: Path) -> list[str]:
     return text.replace("\r\n", "\n").replace("\r", "\n").removesuffix("\n").split("\n")
 
 
+def read_bounded(path: Path) -> bytes:
+    """All bytes of a file of at most :data:`MAX_BYTES`.
+
+    Raises
+    ------
+    InputError
+        If it cannot be read or is larger.
+    """
+    try:
+        with path.open("rb") as file:
+            data = file.read(MAX_BYTES + 1)
+    except OSError as error:
+        reason = (error.strerror or str(error)).lower()
+        raise InputError(f"cannot be read: {reason}", path) from None
+    if len(data) > MAX_BYTES:
+        raise InputError(f"the file is larger than {MAX_BYTES // 2**20} MiB", path)
+    return data
+
+
 def _line_at(data: bytes, position: int) -> int:
     before = data[:position].replace(b"\r\n", b"\n").replace(b"\r", b"\n")
     return before.count(b"\n") + 1

@@ -71,8 +71,25 @@ def contents(board: Board) -> str:
     return f"{what or 'no holes'}, {len(program.used)} tools, {board.wishes.machine.travel.model}"
 
 
+def audit(board: Board) -> str:
+    """How much of a file's travel is needed, in a sentence; both ends of it are proved."""
+    before, after, bound = board.costs_before.total, board.costs_after.total, board.bound
+    least, most = factor(before, after), factor(before, bound)
+    if not before or before == bound:
+        return "this file travels no more than what is needed (proved)"
+    if least == most:
+        return f"this file travels {least} times what is needed (proved)"
+    unit = board.wishes.machine.unit
+    return (
+        f"this file travels {least} to {most} times what is needed: {amount(board, after)} {unit} "
+        f"are enough, less than {amount(board, bound)} {unit} are proved impossible"
+    )
+
+
 def conclusions(board: Board, written: Path | None) -> list[str]:
     """What it comes down to, in sentences."""
+    if board.wishes.check:
+        return [audit(board)]
     before, after = board.costs_before.total, board.costs_after.total
     found = []
     if before == after:

@@ -35,6 +35,7 @@ from tcp.files.excellon.program import (
 from tcp.files.excellon.routing import Routing
 from tcp.files.excellon.settings import Hints, Settings
 from tcp.files.excellon.state import NUMBER, ROUT, Words, code_of
+from tcp.files.text import read_bounded
 
 _HIT = re.compile(
     rb"[ \t]*(?:X[ \t]*(" + NUMBER + rb"))?[ \t]*(?:Y[ \t]*(" + NUMBER + rb"))?[ \t]*(?:;.*)?$"
@@ -65,11 +66,7 @@ def read_program(path: str | Path, hints: Hints | None = None) -> Program:
         Naming the line and the remedy, for everything that is not understood.
     """
     path = Path(path)
-    try:
-        data = path.read_bytes()
-    except OSError as error:
-        raise InputError(f"cannot be read: {error.strerror}", path) from None
-    return parse(data, path, hints)
+    return parse(read_bounded(path), path, hints)
 
 
 def parse(data: bytes, path: str | Path = "drill file", hints: Hints | None = None) -> Program:

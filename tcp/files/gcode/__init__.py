@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from tcp.errors import InputError
 from tcp.files.excellon import hints
 from tcp.files.excellon.piece import choose_tool, oddities, workpiece
 from tcp.files.excellon.settings import Hints
 from tcp.files.gcode.reader import GProgram, parse
 from tcp.files.gcode.rewrite import compare, reorder
 from tcp.files.reading import Reading
+from tcp.files.text import read_bounded
 from tcp.travel import Model, Travel
 
 SUFFIXES = (".ngc", ".nc", ".gcode", ".tap", ".cnc", ".gc")
@@ -25,11 +25,7 @@ def read_program(path: str | Path, known: Hints | None = None) -> GProgram:
         If it cannot be read or drills nothing that is understood.
     """
     path = Path(path)
-    try:
-        data = path.read_bytes()
-    except OSError as error:
-        raise InputError(f"cannot be read: {error.strerror}", path) from None
-    return parse(data, path, known)
+    return parse(read_bounded(path), path, known)
 
 
 def read(
