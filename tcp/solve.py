@@ -114,7 +114,7 @@ def solve(
     if solver == "auto":
         name, why = choose(instance, exact, certificate is not None)
     entry, module = _look_up(name, exact)
-    _check_call(name, module, instance, seed, options)
+    _check_call(name, instance, seed, options)
     if exact and "exact" in inspect.signature(module.run).parameters:
         options["exact"] = True
     clock, trace = Clock(stop or Stop()), _Trace(report)
@@ -238,27 +238,53 @@ def _look_up(name: str, exact: bool) -> tuple[Entry, ModuleType]:
     return entry, import_module(entry.module)
 
 
-def _check_call(
-    name: str, module: ModuleType, instance: Instance, seed: int, options: Mapping[str, Any]
-) -> None:
+def defaults(solver: str) -> dict[str, Any]:
+    """Options of a registered solver and the values they have unless they are set."""
+    return {name: p.default for name, p in _options(solver).items()}
+
+
+PROTOCOL = ("instance", "rng", "clock", "report")
+"""What every solver is given besides its options."""
+
+
+def _options(solver: str) -> dict[str, inspect.Parameter]:
+    parameters = inspect.signature(import_module(SOLVERS[solver].module).run).parameters
+    return {name: p for name, p in parameters.items() if name not in PROTOCOL}
+
+
+def _check_call(name: str, instance: Instance, seed: int, options: Mapping[str, Any]) -> None:
     if seed < 0:
         raise UsageError(f"the seed must be 0 or more, not {seed}")
-    parameters = inspect.signature(module.run).parameters
-    known = parameters.keys() - {"instance", "rng", "clock", "report"}
-    for option, value in options.items():
-        if option not in known:
-            offered = ", ".join(sorted(known)) or "no options"
-            raise UsageError(f"{name} has no option {option!r}; it takes {offered}")
-        kind = type(parameters[option].default)
-        if kind in _KINDS and not _fits(value, kind):
-            raise UsageError(f"{name}: {option} is {_KINDS[kind]}, not {value!r}")
+    check_options(name, options)
     refusal = refuses(name, instance)
     if refusal:
         raise UsageError(f"{name} cannot solve {instance.name}: {refusal}")
 
 
+def check_options(solver: str, options: Mapping[str, Any]) -> None:
+    """Whether a registered solver has these options and takes values of their kind.
+
+    Raises
+    ------
+    UsageError
+        For an unknown option or a value of another kind; the range is the solver's own affair.
+    """
+    parameters = _options(solver)
+    for option, value in options.items():
+        if option not in parameters:
+            offered = ", ".join(sorted(parameters)) or "no options"
+            raise UsageError(f"{solver} has no option {option!r}; it takes {offered}")
+        default = parameters[option].default
+        wanted = _OPTIONAL.get(parameters[option].annotation, type(default))
+        if wanted in _KINDS and not _fits(value, wanted):
+            raise UsageError(f"{solver}: {option} is {_KINDS[wanted]}, not {value!r}")
+
+
 _KINDS = {bool: "true or false", int: "a whole number", float: "a number", str: "a word"}
 """What an option takes, by the type of its default."""
+
+_OPTIONAL = {"float | None": float, "int | None": int}
+"""Types of the options whose default is that they are not set."""
 
 
 def _fits(value: Any, kind: type) -> bool:

@@ -215,12 +215,19 @@ class Travel:
             If integers of 62 bits cannot hold the costs.
         """
         rule, peak = _BINDERS[self.model](self, step, reach)
-        if peak * 4 >= SAFE or peak * max(moves, 1) >= SAFE:
+        if peak * 4 >= SAFE or _longest(rule, reach) * max(moves, 1) >= SAFE:
             raise UsageError(
                 f"{self.model} travel over {float(max(reach) * step):g} mm in quanta of "
                 f"{float(rule.quantum):g} exceeds 62-bit integers; choose a larger quantum"
             )
         return rule
+
+
+def _longest(rule: CostRule, reach: tuple[int, int]) -> int:
+    """Cost of the longest move, for formulas whose intermediates are known to fit."""
+    if rule.kind is Kind.MATRIX:
+        return 0
+    return int(rule.costs(np.array(reach[:1]), np.array(reach[1:]))[0])
 
 
 def _linear(travel: Travel, step: Fraction, reach: tuple[int, int]) -> tuple[CostRule, int]:

@@ -68,13 +68,13 @@ def small(tmp_path: Path) -> Path:
 
 
 def some_run(seed: int = 0, **changes: object) -> Run:
-    run = Run(f"key {seed}", seed, 90, 90, ["1", "2"], [[0, 120], [7, 90]], 7, 80, 0.25)
+    run = Run(f"key {seed}", seed, 90, 90, "1 2", [[0, 120], [7, 90]], 7, 80, 0.25, 0.2)
     return replace(run, **changes)
 
 
 def facts(runs: dict[str, Run]) -> dict[str, Run]:
-    """What must be the same everywhere: all but the wall time."""
-    return {key: replace(run, seconds=0.0) for key, run in runs.items()}
+    """What must be the same everywhere: all but the times."""
+    return {key: replace(run, seconds=0.0, cpu=0.0) for key, run in runs.items()}
 
 
 # --- experiment files -------------------------------------------------------
@@ -101,8 +101,23 @@ def test_every_published_table_has_a_file():
     [
         (("title =", "titel ="), "no key 'titel'"),
         (('"least_time", ', '"last_time", '), "unknown row 'last_time'"),
-        (("runs = 6", "runs = 0"), "at least 1"),
-        (("runs = 6", 'runs = "6"'), "at least 1"),
+        (("runs = 6", "runs = 0"), "from 1 to 1,000,000"),
+        (("runs = 6", 'runs = "6"'), "from 1 to 1,000,000"),
+        (("runs = 6", f"runs = {10**20}"), "from 1 to 1,000,000"),
+        (("seed = 5", "seed = -1"), "from 0 to 1,000,000"),
+        (('solver = "cuckoo"', 'solver = "koel"'), "column 'CS': unknown solver 'koel'"),
+        (("np = 10, generations = 900", "nq = 10"), "column 'CS': cuckoo has no option 'nq'"),
+        (("np = 10, generations = 900", 'np = "x"'), "np is a whole number, not 'x'"),
+        (("np = 10, generations = 900", "np = 2020-01-01"), "np is a whole number"),
+        (("np = 10, generations = 900", 'pa = "x"'), "pa is a number, not 'x'"),
+        (('optimal_time = "235.2"', "optimal_time = [1]"), "must be a text or a number"),
+        (('[column.published]\nleast_iterations = "7"', "published = 5"), "must be a table"),
+        (('travel = "case2"', 'travel = "hover"'), "column 'CS': unknown travel model 'hover'"),
+        (('travel = "case2"', 'travel = "case2"\nclosed = "yes"'), "expected true or false"),
+        (('travel = "case2"', 'travel = "case2"\nclosed = true\nend = 9'), "column 'CS': a closed"),
+        (('travel = "case2"', 'travel = "case2"\nlegs = "out"'), "legs needs home"),
+        (('travel = "case2"', 'travel = "case2"\nmin_jump = "x"'), "expected mm from 0 on"),
+        (('travel = "case2"', 'travel = "case2"\nmin_jump = -1'), "expected mm from 0 on"),
         (('solver = "cuckoo"', 'solvr = "cuckoo"'), "column 'CS' has no key 'solvr'"),
         (("options = { np = 10, generations = 900 }", "options = 3"), "must be a table"),
         (('least_iterations = "7"', 'most_time = "7"'), "no key 'most_time'"),

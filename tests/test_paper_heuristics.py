@@ -37,7 +37,7 @@ ENDS = {
 FEW = {
     "htga": {"np": 20, "gn": 150},
     "cuckoo": {"np": 15, "generations": 150},
-    "firefly": {"agents": 8, "iterations": 100},
+    "firefly": {"agents": 12, "iterations": 300, "cooling": 1.0},
     "pso": {"np": 20, "iterations": 150, "variant": "gc", "w": 0.7},
     "acs": {"np": 5, "iterations": 100},
 }
@@ -248,20 +248,37 @@ def test_mutation_takes_the_best_of_the_six_arrangements():
             assert length(after, problem.legs) == min(length(o, problem.legs) for o in six)
 
 
-@pytest.mark.parametrize("front", [True, False])
-def test_crossover_takes_four_genes_of_one_parent_and_the_others_sequence(front):
+@pytest.mark.parametrize("crossover", htga.CROSSOVERS)
+def test_crossover_takes_four_genes_of_one_parent_and_the_others_sequence(crossover):
+    problem = orders(Instance(board(2, 10)))
     rng = np.random.default_rng(3)
+    times, stamp = np.zeros(3, dtype=np.int64), np.zeros(10, dtype=np.int64)
+    starts = set()
     for _ in range(100):
         genes = np.array([rng.permutation(10), rng.permutation(10), np.zeros(10)], dtype=np.int32)
-        stamp = np.zeros(10, dtype=np.int64)
-        htga._cross(rng, genes, 0, 1, 2, stamp, front)
+        kind = htga.CROSSOVERS.index(crossover)
+        htga._cross(rng, problem.legs, genes, times, 0, 1, 2, stamp, kind)
         child, taken = genes[2].tolist(), set(np.flatnonzero(stamp).tolist())
         assert sorted(child) == list(range(10)) and len(taken) == 4
+        assert times[2] == length(genes[2], problem.legs)
         assert [g for g in child if g not in taken] == [g for g in genes[1] if g not in taken]
-        places = range(4) if front else [k for k in range(10) if genes[0, k] in taken]
-        assert {child[k] for k in places} == taken
-        if not front:
-            assert all(child[k] == genes[0, k] for k in places)
+        at = [k for k in range(10) if genes[0, k] in taken]
+        assert {child[k] for k in (at if crossover == "places" else range(4))} == taken
+        if crossover == "places":
+            assert all(child[k] == genes[0, k] for k in at)
+        if crossover == "stretch":
+            assert at == list(range(at[0], at[0] + 4))
+            assert child[:4] == genes[0, at].tolist()
+            starts.add(at[0])
+    assert crossover != "stretch" or starts == set(range(7))
+
+
+def test_uncrossed_pairs_pass_on_only_if_they_are_to():
+    """Without crossing, mutation alone improves the parents, or nothing does."""
+    instance = Instance(board(3, 12))
+    setting = {"np": 10, "gn": 60, "cr": 0.0, "mr": 0.5, "taguchi": 0}
+    assert len(solve(instance, "htga", **setting).trace) > 1
+    assert len(solve(instance, "htga", uncrossed=False, **setting).trace) == 1
 
 
 def test_taguchi_repairs_every_mix_and_returns_the_best():
@@ -371,9 +388,23 @@ def test_rank_correction_gives_the_papers_examples(value, corrected):
     assert np.array_equal(place, agent.argsort())
 
 
-def test_noise_of_width_one_cannot_move_the_printed_algorithm():
+PRINTED = {"width": 1.0, "cooling": 1.0, "beta_min": 0.0}
+
+
+@pytest.mark.parametrize("toward", [True, False])
+def test_the_algorithm_as_printed_cannot_move(toward):
     instance = Instance(board(4, 14))
-    still = solve(instance, "firefly", agents=10, iterations=200, width=1.0)
+    still = solve(instance, "firefly", agents=10, iterations=200, toward=toward, **PRINTED)
     assert [p.iteration for p in still.trace] == [0]
-    moving = solve(instance, "firefly", agents=10, iterations=200)
-    assert moving.cost < still.cost
+    for change in ({}, {"cooling": 1.0}, {**PRINTED, "width": 2.0}, {**PRINTED, "beta_min": 0.2}):
+        moving = solve(instance, "firefly", agents=10, iterations=200, **change)
+        assert moving.cost < still.cost
+
+
+def test_noise_cools_by_the_iteration_of_all_iterations():
+    """A run cut short is the beginning of the whole one."""
+    instance = Instance(board(4, 14))
+    whole = solve(instance, "firefly", agents=10, iterations=300)
+    short = solve(instance, "firefly", agents=10, iterations=300, stop=Stop(iterations=100))
+    known = [(p.iteration, p.cost) for p in whole.trace if p.iteration <= 100]
+    assert [(p.iteration, p.cost) for p in short.trace] == known

@@ -116,3 +116,12 @@ def test_models_have_the_papers_names():
     assert parse_model("Case2") is Model.SIMULTANEOUS
     with pytest.raises(UsageError, match="unknown travel model 'walk'"):
         parse_model("walk")
+
+
+def test_large_boards_drawn_in_inches_have_euclidean_lengths():
+    """What must fit 62 bits is the sum of the costs, not of the squares behind them."""
+    step = Fraction(127, 500_000)  # 10^-5 inch
+    rule = Travel(Model.EUCLIDEAN).rule(step, (400_000, 300_000), 5_000)
+    assert rule.costs(np.array([300_000]), np.array([400_000])).tolist() == [127_000]
+    with pytest.raises(UsageError, match="larger quantum"):
+        Travel(Model.SEQUENTIAL).rule(Fraction(1, 1000), (2**40, 2**40), 2**21)

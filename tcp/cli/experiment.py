@@ -14,7 +14,7 @@ from tcp.cli.terminal import on_terminal
 from tcp.errors import OutputError, UsageError
 from tcp.experiments.journal import Journal
 from tcp.experiments.run import Told, conduct, optima
-from tcp.experiments.spec import load
+from tcp.experiments.spec import MOST, load
 from tcp.experiments.statistics import summarise
 from tcp.experiments.table import honest_table, whole_report
 from tcp.fleet import Fleet
@@ -30,15 +30,16 @@ Finished runs are kept in results/NAME.jsonl (--results changes the folder). Sto
 moment, even killed, the same command continues where it was and ends with the same table.
 
 \b
-Exit codes: 0 done, 2 usage, 3 unreadable or invalid experiment, 7 results cannot be
-written, 70 internal error or workers lost for good, 130 interrupted (what is finished is kept)."""
+Exit codes: 0 done, 2 usage, 3 unreadable or invalid experiment, 5 an optimum cannot be
+proved, 7 results cannot be written, 70 internal error or workers lost for good, 130
+interrupted (what is finished is kept)."""
 
 
 @click.command(epilog=EPILOG)
 @click.argument(
     "files", nargs=-1, required=True, metavar="EXPERIMENT...", type=click.Path(path_type=Path)
 )
-@click.option("--runs", type=click.IntRange(min=1), help="Runs of each column, not the file's.")
+@click.option("--runs", type=click.IntRange(1, MOST), help="Runs of each column, not the file's.")
 @fleet_options("one a core")
 @click.option(
     "--results", type=click.Path(path_type=Path), default=Path("results"), show_default=True,

@@ -34,7 +34,7 @@ the time limit, 70 internal error, 130 interrupted."""
 @problem_options
 @click.option("--weight", type=number, help="Also name the best of travel + WEIGHT x windows.")
 @click.option("--time-limit", type=float, metavar="S", help="Seconds of wall time.")
-@click.option("--seed", type=int, default=0, show_default=True, help="Of the solver.")
+@click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Of CP-SAT.")
 @click.option("--json", "as_json", is_flag=True, help="One JSON object.")
 def command(
     problem: Problem,
@@ -53,17 +53,19 @@ def command(
     instance = problem.instance(reading)
     if instance.rules.balance is None:
         instance = replace(instance, rules=replace(instance.rules, balance=Balance()))
+    price = None if weight is None else _price(instance, weight)
     points = front(instance, clock=Clock(Stop(time=time_limit)), seed=seed)
-    chosen = None if weight is None or not points else _chosen(instance, points, weight)
+    chosen = None if price is None or not points else weighted(points, price)
     click.echo(_json(instance, points, chosen) if as_json else _table(instance, points, chosen))
 
 
-def _chosen(instance: Instance, points: tuple[Point, ...], weight: Fraction) -> Point:
-    """The minimum of the weighted sum, the weight given in the unit of travel."""
+def _price(instance: Instance, weight: Fraction) -> int:
+    """The weight, given in the unit of travel, in quanta."""
     price = weight / instance.quantum
-    if price.denominator != 1:
-        raise UsageError(f"--weight must be a multiple of the quantum {decimal(instance.quantum)}")
-    return weighted(points, int(price))
+    if price < 0 or price.denominator != 1:
+        unit = decimal(instance.quantum)
+        raise UsageError(f"--weight must be a multiple of {unit} from 0 on, not {decimal(weight)}")
+    return int(price)
 
 
 def _rows(instance: Instance, points: tuple[Point, ...]) -> list[dict[str, Any]]:

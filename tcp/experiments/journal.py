@@ -11,7 +11,7 @@ import json
 import os
 import zlib
 from collections.abc import Iterator
-from dataclasses import asdict, dataclass, fields
+from dataclasses import asdict, dataclass, fields, replace
 from pathlib import Path
 from typing import Any
 
@@ -30,25 +30,26 @@ class Run:
         Its seed.
     optimum, cost : int or None
         The proved optimum it was measured against and its best cost, in quanta.
-    route : list of str
-        The best route, holes by id.
+    route : str
+        The best route, holes by id, separated by blanks.
     trace : list of [iteration, cost]
         Best so far, one entry an improvement; iteration 0 is the initial population.
     iterations, evaluations : int
         Made, until the optimum was hit or the limit reached.
-    seconds : float
-        Wall time of the run.
+    seconds, cpu : float
+        Wall time of the run, and processor time of the thread that made it.
     """
 
     key: str
     seed: int
     optimum: int | None
     cost: int | None
-    route: list[str]
+    route: str
     trace: list[list[int]]
     iterations: int
     evaluations: int
     seconds: float
+    cpu: float
 
     @property
     def hit(self) -> int | None:
@@ -70,10 +71,13 @@ class Journal:
     ----------
     path : path
         The file; created with the first run.
+    curves : bool
+        Whether to keep whole traces.  Without them a line has 200 bytes instead of
+        thousands: the last improvement is enough for every table, not for a figure.
     """
 
-    def __init__(self, path: str | Path):
-        self.path = Path(path)
+    def __init__(self, path: str | Path, *, curves: bool = True):
+        self.path, self.curves = Path(path), curves
 
     def runs(self) -> dict[str, Run]:
         """Every whole run in the file by its key; a run made twice counts once.
@@ -106,7 +110,19 @@ class Journal:
         OutputError
             If the file cannot be written.
         """
-        line = _line(run)
+        self._write(_line(run if self.curves else replace(run, trace=run.trace[-1:])))
+
+    def prepare(self) -> None:
+        """End a line that a killed process left half-written; fail now rather than after a run.
+
+        Raises
+        ------
+        OutputError
+            If the file cannot be written.
+        """
+        self._write(b"")
+
+    def _write(self, line: bytes) -> None:
         try:
             self.path.parent.mkdir(parents=True, exist_ok=True)
             with self.path.open("ab+") as file:

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from fractions import Fraction
 
-from tcp.errors import ProofError
+from tcp.errors import ProofError, UsageError
 from tcp.experiments.journal import Journal, Run
 from tcp.experiments.spec import Column, Experiment
 from tcp.fleet import Fleet
@@ -115,9 +115,11 @@ def conduct(
     Raises
     ------
     UsageError
-        If the fleet cannot be reached.
+        If the fleet cannot be reached, or an option is out of range.
     FleetError
         If it is lost; the runs that came back are in the journal.
+    OutputError
+        If the journal cannot be written.
     """
     done = journal.runs()
     wanted = {
@@ -130,6 +132,7 @@ def conduct(
     finished = len(wanted) - len(missing)
     told(finished, len(wanted))
     if missing:
+        journal.prepare()
         _warm(experiment)
         tasks = [(key, c, seed, known[c.instance.sha256].cost) for key, c, seed in missing]
         for _, run in (fleet or Fleet()).run(one_run, tasks):
@@ -143,6 +146,7 @@ def conduct(
 def one_run(task: tuple[str, Column, int, int]) -> Run:
     """One run: key, column, seed and proved optimum.  What every worker process does."""
     key, column, seed, optimum = task
+    began = time.thread_time()
     result = solve(
         column.instance,
         column.solver,
@@ -155,11 +159,12 @@ def one_run(task: tuple[str, Column, int, int]) -> Run:
         seed=seed,
         optimum=optimum,
         cost=result.cost,
-        route=list(result.ids or ()),
+        route=" ".join(result.ids or ()),
         trace=[[p.iteration, p.cost] for p in result.trace if p.cost is not None],
         iterations=_count(result, "iterations"),
         evaluations=_count(result, "evaluations"),
-        seconds=round(result.seconds, 6),
+        seconds=round(result.seconds, 4),
+        cpu=round(time.thread_time() - began, 4),
     )
 
 
@@ -170,5 +175,8 @@ def _count(result: Result, name: str) -> int:
 
 def _warm(experiment: Experiment) -> None:
     """Compile in this process first, so that workers find the compiled code in the cache."""
-    for column in {c.solver: c for c in experiment.columns if c.solver}.values():
-        solve(column.instance, column.solver, stop=Stop(iterations=1), **column.options)
+    for column in (c for c in experiment.columns if c.solver):
+        try:
+            solve(column.instance, column.solver, stop=Stop(iterations=1), **column.options)
+        except UsageError as error:
+            raise UsageError(f"column {column.name!r}: {error}") from None

@@ -14,9 +14,10 @@ from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
-from tcp.errors import InputError
+from tcp.errors import InputError, UsageError
 from tcp.files import read
 from tcp.instance import Ends, Instance, Rules
+from tcp.solve import SOLVERS, check_options, defaults
 from tcp.travel import Travel, parse_model
 from tcp.workpiece import exact_decimal
 
@@ -43,6 +44,9 @@ ROWS = {
     "optimal_time": "The optimal time required",
 }
 """Rows of the papers' tables by the key an experiment file uses, in the papers' words."""
+
+MOST = 1_000_000
+"""Largest number of runs, and largest first seed."""
 
 TOP = {"title", "source", "notes", "runs", "seed", "rows", "column"}
 COLUMN = {"name", "workpiece", "travel", "start", "end", "home", "legs", "closed", "min_jump"}
@@ -77,9 +81,13 @@ class Column:
     certificates: Path | None = None
 
     def key(self, seed: int) -> str:
-        """What a run depends on, as a hash: a stored run with this key need not be made again."""
-        data = [self.instance.sha256, self.solver, sorted(self.options.items()), seed]
-        return hashlib.sha256(json.dumps(data).encode()).hexdigest()[:32]
+        """What a run depends on, as a hash: a stored run with this key need not be made again.
+
+        The solver's defaults are part of it: where one changes, old runs do not count.
+        """
+        options = defaults(self.solver) | dict(self.options)
+        data = [self.instance.sha256, self.solver, sorted(options.items()), seed]
+        return hashlib.sha256(json.dumps(data).encode()).hexdigest()[:16]
 
 
 @dataclass(frozen=True)
@@ -113,9 +121,8 @@ def load(path: str | Path) -> Experiment:
     Raises
     ------
     InputError
-        If it cannot be read or does not follow the format; names the key at fault.
-    UsageError
-        If travel, ends and workpiece of a column do not fit together.
+        If it cannot be read or does not follow the format, or if travel, ends,
+        workpiece, solver and options of a column do not fit together.
     """
     path = Path(path)
     try:
@@ -148,15 +155,25 @@ def _column(data: Any, rows: tuple[str, ...], path: Path) -> Column:
         raise InputError("a [[column]] must be a table", path)
     name = _text(data, "name", path)
     _only(data, COLUMN, f"column {name!r}", path)
-    published = data.get("published", {})
+    published = _table(data, "published", name, path)
     _only(published, set(rows), f"what is published in column {name!r}", path)
-    options = data.get("options", {})
-    if not isinstance(options, dict):
-        raise InputError(f"options of column {name!r} must be a table", path)
+    for key, value in published.items():
+        if not isinstance(value, str | int | float):
+            raise InputError(f"{key} of column {name!r} must be a text or a number", path)
+    solver, options = _text(data, "solver", path, ""), _table(data, "options", name, path)
+    if solver and solver not in SOLVERS:
+        expected = ", ".join(SOLVERS)
+        raise InputError(f"column {name!r}: unknown solver {solver!r}; one of {expected}", path)
+    try:
+        if solver:
+            check_options(solver, options)
+        instance = _instance(data, path)
+    except UsageError as error:
+        raise InputError(f"column {name!r}: {error}", path) from None
     return Column(
         name=name,
-        instance=_instance(data, path),
-        solver=_text(data, "solver", path, ""),
+        instance=instance,
+        solver=solver,
         options=options,
         published={key: str(value) for key, value in published.items()},
         certificates=(path.parent / _text(data, "workpiece", path)).parent / "certificates",
@@ -176,10 +193,14 @@ def _instance(data: Mapping[str, Any], path: Path) -> Instance:
         return index[str(data[key])]
 
     home = _home(data, path)
+    if "legs" in data and home is None:
+        raise InputError("legs needs home", path)
     legs = data.get("legs", "both") if home else ""
     if legs not in ("both", "out", "back", ""):
         raise InputError(f"legs = {legs!r}; expected both, out or back", path)
-    jump = data.get("min_jump")
+    closed = data.get("closed", False)
+    if not isinstance(closed, bool):
+        raise InputError(f"closed = {closed!r}; expected true or false", path)
     return Instance(
         piece,
         Travel(parse_model(_text(data, "travel", path, "sequential"))),
@@ -189,10 +210,22 @@ def _instance(data: Mapping[str, Any], path: Path) -> Instance:
             home=home,
             outward=legs in ("both", "out"),
             back=legs in ("both", "back"),
-            closed=bool(data.get("closed", False)),
+            closed=closed,
         ),
-        Rules(min_jump=None if jump is None else Fraction(exact_decimal(str(jump)))),
+        Rules(min_jump=_jump(data, path)),
     )
+
+
+def _jump(data: Mapping[str, Any], path: Path) -> Fraction | None:
+    if "min_jump" not in data:
+        return None
+    try:
+        jump = Fraction(exact_decimal(str(data["min_jump"])))
+    except InputError:
+        jump = Fraction(-1)
+    if jump < 0:
+        raise InputError(f"min_jump = {data['min_jump']!r}; expected mm from 0 on", path)
+    return jump
 
 
 def _home(data: Mapping[str, Any], path: Path) -> tuple[Fraction, Fraction] | None:
@@ -212,6 +245,13 @@ def _only(data: Mapping[str, Any], known: set[str], where: str, path: Path) -> N
         raise InputError(f"{where} has no key {unknown[0]!r}; expected {expected}", path)
 
 
+def _table(data: Mapping[str, Any], key: str, name: str, path: Path) -> dict[str, Any]:
+    value = data.get(key, {})
+    if not isinstance(value, dict):
+        raise InputError(f"{key} of column {name!r} must be a table", path)
+    return value
+
+
 def _text(data: Mapping[str, Any], key: str, path: Path, default: str | None = None) -> str:
     value = data.get(key, default)
     if not isinstance(value, str):
@@ -228,6 +268,6 @@ def _texts(data: Mapping[str, Any], key: str, path: Path) -> tuple[str, ...]:
 
 def _whole(data: Mapping[str, Any], key: str, path: Path, least: int) -> int:
     value = data.get(key, least)
-    if not isinstance(value, int) or isinstance(value, bool) or value < least:
-        raise InputError(f"{key} must be a whole number of at least {least}", path)
+    if not isinstance(value, int) or isinstance(value, bool) or not least <= value <= MOST:
+        raise InputError(f"{key} must be a whole number from {least} to {MOST:,}", path)
     return value

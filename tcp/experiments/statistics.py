@@ -87,7 +87,7 @@ class Summary:
         n = len(self.column.instance)
         best = min(self.costs, default=None)
         figures: dict[str, list[Any]] = {
-            "sequence": [" ".join(run.route) for run in self.runs if run.cost == best],
+            "sequence": [run.route for run in self.runs if run.cost == best],
             "iterations": self.hits,
             "last": [run.last for run in self.runs],
             "searched": self.searched,
@@ -116,6 +116,11 @@ class Summary:
     def seconds(self) -> float:
         """Mean wall time of a run."""
         return sum(run.seconds for run in self.runs) / len(self.runs)
+
+    @property
+    def cpu(self) -> float:
+        """Mean processor time of a run."""
+        return sum(run.cpu for run in self.runs) / len(self.runs)
 
     def success_interval(self) -> tuple[float, float]:
         """Wilson's 95 % confidence interval of the success rate."""
@@ -149,10 +154,10 @@ def summarise(
     columns: Sequence[Column], known: dict[str, Optimum], runs: dict[str, Run]
 ) -> list[Summary | None]:
     """The summary of each column, None for one that is only quoted."""
+    seeds = sorted({run.seed for run in runs.values()})
     found: list[Summary | None] = []
     for column in columns:
-        mine = {r.seed: r for r in runs.values() if column.solver and column.key(r.seed) == r.key}
-        ordered = tuple(mine[seed] for seed in sorted(mine))
-        optimum = known[column.instance.sha256]
-        found.append(Summary(column, optimum, ordered) if ordered else None)
+        keys = [column.key(seed) for seed in seeds] if column.solver else []
+        mine = tuple(runs[key] for key in keys if key in runs)
+        found.append(Summary(column, known[column.instance.sha256], mine) if mine else None)
     return found

@@ -9,19 +9,27 @@ An agent is a vector of hole numbers, s_m[d] the hole drilled at place d
 (equation 4).  After a move the smallest value becomes hole 1, the next hole 2,
 ... (the rank correction), and the corrected vector is the agent's position.
 
+**As printed the algorithm stands still.**  Positions are whole hole numbers, so
+two places differ by at least 1, and noise of width 1 (alpha = 1, e_m uniform on
+[0, 1] or [-1/2, 1/2]) never swaps two ranks, while exp(-gamma r) leaves an
+attraction of a few parts in 10^9 at the distances of random agents (r is about
+21 for 14 holes).  So the printed figures were made by something else.
+
 Readings chosen:
 
+* What equation (7) leaves open is taken from the program of the algorithm's
+  author, X.-S. Yang (fa_ndim in "Nature-Inspired Metaheuristic Algorithms", 2nd
+  ed., 2010; the paper adapts "the original Firefly Algorithm proposed by the
+  original author"): e_m is uniform over the range of a variable, here n - 1
+  hole numbers wide (``width``); alpha shrinks by one factor an iteration, over
+  all t iterations by 10^-4 / 0.9 (``cooling``); attractiveness falls with the
+  distance from beta_0 not to 0 but to 0.2 (``beta_min``).  With these the
+  paper's average fitness and its average iteration come out.
+  ``beta_min=0, cooling=1, width=1`` is the paper as printed.
 * Equation (7) prints ``beta_0 exp(-gamma r) (s_m - s_u)``, which flees from the
   brighter agent; the text and Algorithm 1 say "move agent m towards u", so the
   difference is ``s_u - s_m``.  ``toward=False`` takes the equation as printed.
 * The exponent is ``gamma r`` as printed (Yang's is gamma r^2).
-* e_m is "a vector random number taken from uniform distribution" without a
-  range.  With a range of width 1, be it [0, 1] or Yang's [-1/2, 1/2], **the
-  printed algorithm stands still**: positions are whole hole numbers, so two
-  places differ by at least 1 and noise of width 1 with alpha = 1 never swaps
-  two ranks, while exp(-gamma r) leaves an attraction of a few parts in 10^9 at
-  the distances of random agents (r is about 21 for 14 holes).  The default is
-  ``width=2``: e_m uniform in (-1, 1), the narrowest whole range that moves.
 * A move is kept whether or not it is better, as in Algorithm 1; only the best
   solution found so far is remembered.
 """
@@ -66,7 +74,9 @@ def run(
     beta0: float = 1.0,
     alpha: float = 1.0,
     gamma: float = 1.0,
-    width: float = 2.0,
+    beta_min: float = 0.2,
+    width: float | None = None,
+    cooling: float = 1e-4 / 0.9,
     toward: bool = True,
 ) -> Outcome:
     """Search with the firefly algorithm.
@@ -81,8 +91,12 @@ def run(
         t, >= 0.
     beta0, alpha, gamma : float
         Attractiveness at distance 0, randomization and absorption, >= 0.
-    width : float
-        Width of the uniform distribution of e_m around 0, >= 0; see the readings.
+    beta_min : float
+        What attractiveness falls to with the distance, in [0, beta0].
+    width : float, optional
+        Width of the uniform distribution of e_m around 0, >= 0; n - 1.
+    cooling : float
+        What is left of alpha after all iterations, in (0, 1]; 1 keeps it constant.
     toward : bool
         Towards the brighter agent, or the sign that equation (7) prints.
 
@@ -96,8 +110,10 @@ def run(
     UsageError
         For a parameter out of range.
     """
-    if agents < 2 or iterations < 0 or min(beta0, alpha, gamma, width) < 0:
+    if agents < 2 or iterations < 0 or min(beta0, alpha, gamma, width or 0) < 0:
         raise UsageError("firefly needs agents >= 2 and no negative parameter")
+    if not 0 <= beta_min <= beta0 or not 0 < cooling <= 1:
+        raise UsageError("firefly needs beta_min in [0, beta0] and cooling in (0, 1]")
     problem = orders(instance)
     m = len(problem)
     if m <= TRIVIAL:
@@ -106,12 +122,14 @@ def run(
     costs = np.array([length(s, problem.legs) for s in swarm])
     record, cost = swarm[costs.argmin()].copy(), np.array([costs.min()])
     searched = np.array([agents])
-    beta = beta0 if toward else -beta0
+    sign = 1.0 if toward else -1.0
+    noise = np.array([alpha * (m - 1 if width is None else width)])
+    fall = cooling ** (1 / max(iterations, 1))
 
     def advance(steps: int, target: int) -> tuple[int, Ints, Ints]:
         return _iterations(
             rng, problem.legs, swarm, costs, record, cost, searched,
-            beta, gamma, alpha * width, steps, target,
+            sign * beta0, sign * beta_min, gamma, noise, fall, steps, target,
         )  # fmt: skip
 
     stopped, done = search(instance, problem, iterations, clock, report, int(cost[0]), advance)
@@ -129,9 +147,11 @@ def _iterations(
     record: Ints,
     cost: Ints,
     searched: Ints,
-    beta: float,
+    beta0: float,
+    beta_min: float,
     gamma: float,
-    noise: float,
+    noise: Floats,
+    fall: float,
     steps: int,
     target: int,
 ) -> tuple[int, Ints, Ints]:
@@ -145,12 +165,13 @@ def _iterations(
     sequence = np.zeros(m, dtype=np.int64)
     for step in range(1, steps + 1):
         before = cost[0]
+        noise[0] *= fall
         for a in range(agents):
             for hole in range(m):
                 place[swarm[a, hole]] = hole
             for u in range(agents):
                 if costs[a] > costs[u]:  # I_m < I_u, with equation (6)
-                    _move(rng, swarm[a], swarm[u], beta, gamma, noise, value)
+                    _move(rng, swarm[a], swarm[u], beta0, beta_min, gamma, noise[0], value)
                     _correct(swarm[a], value, place, sequence)
                     costs[a] = length(swarm[a], legs)
                     searched[0] += 1
@@ -168,14 +189,15 @@ def _iterations(
 
 @njit(cache=True)
 def _move(
-    rng: Generator, one: Ints, other: Ints, beta: float, gamma: float, noise: float, value: Floats
-) -> None:
+    rng: Generator, one: Ints, other: Ints, beta0: float, beta_min: float, gamma: float,
+    noise: float, value: Floats,
+) -> None:  # fmt: skip
     """Equations (7) and (8): where agent ``one`` comes to stand, before the correction."""
     m = len(one)
     square = 0
     for d in range(m):
         square += (one[d] - other[d]) * (one[d] - other[d])
-    pull = beta * math.exp(-gamma * math.sqrt(square))
+    pull = beta_min + (beta0 - beta_min) * math.exp(-gamma * math.sqrt(square))
     for d in range(m):
         value[d] = one[d] + pull * (other[d] - one[d]) + noise * (rng.random() - 0.5)
 

@@ -12,10 +12,15 @@ Readings chosen, because the paper is silent or its figure is lost:
   route contributes more).  A pair is two chromosomes with different genes; when
   16 spins bring only equal ones (a converged population) the last pair stands.
 * Step 4: "a gene U1 chosen randomly from P1 is used along with the sequence in
-  P2": the four genes of U1 come first, the others follow in the sequence of P2.
-  ``crossover="places"`` instead keeps U1 at its places of P1, the set-partition
-  crossover of scheduling.  Pairs that are not crossed leave no offspring: Step 8
-  sees the parents anyway.
+  P2": U1 is a stretch of four successive genes of P1, so that three legs are
+  inherited; they come first, and the others follow in the sequence of P2.
+  ``crossover="front"`` takes four scattered genes instead, ``"places"`` leaves
+  scattered genes at their places of P1, the set-partition crossover of
+  scheduling.  Of all readings tried this is the one whose speed comes near the
+  printed one (``data/experiments/htga-readings.toml`` measures them).
+* Step 4: a pair that is not crossed goes on to Steps 5 and 6 as it is, as usual in
+  a genetic algorithm: NO chromosomes were selected, and NO is "the number of
+  offspring".  ``uncrossed=False`` drops it.
 * Step 5: once a generation (``taguchi`` times), on two chromosomes of the
   offspring, as "only two chromosomes from the offspring population are
   analyzed".  A run of the array takes gene g from Level 1 or 2; a gene that is
@@ -63,6 +68,9 @@ Genes = NDArray[np.int32]
 Levels = NDArray[np.int8]
 Floats = NDArray[np.float64]
 
+CROSSOVERS = "stretch", "front", "places"
+STRETCH, _, PLACES = range(3)
+
 GENES = 4
 """Genes of U1 and U2 in the set-partition crossover."""
 
@@ -81,7 +89,8 @@ def run(
     cr: float = 0.6,
     mr: float = 0.2,
     gn: int = 10_000,
-    crossover: str = "front",
+    crossover: str = "stretch",
+    uncrossed: bool = True,
     taguchi: int = 1,
     distinct: bool = True,
 ) -> Outcome:
@@ -99,8 +108,10 @@ def run(
         CR and MR, in [0, 1].
     gn : int
         GN, generations, >= 0 (the paper: 10,000; 20,000 for WP3).
-    crossover : {"front", "places"}
-        Where U1 goes; see the module's readings.
+    crossover : {"stretch", "front", "places"}
+        What U1 is and where it goes; see the module's readings.
+    uncrossed : bool
+        Whether pairs that are not crossed are mutated and mixed too.
     taguchi : int
         Taguchi experiments a generation, >= 0; 0 is the genetic algorithm alone.
     distinct : bool
@@ -128,7 +139,7 @@ def run(
     def advance(steps: int, target: int) -> tuple[int, Ints, Ints]:
         return _generations(
             rng, problem.legs, array, genes, times, slots, searched, np, pairs, cr, mr,
-            crossover == "front", taguchi, distinct, steps, target,
+            CROSSOVERS.index(crossover), uncrossed, taguchi, distinct, steps, target,
         )  # fmt: skip
 
     best = int(times[slots[0]])
@@ -154,8 +165,8 @@ def _check(np: int, no: float, cr: float, mr: float, gn: int, crossover: str, ta
         raise UsageError("htga needs np >= 4, gn >= 0 and taguchi >= 0")
     if not (0 < no <= 1 and 0 <= cr <= 1 and 0 <= mr <= 1):
         raise UsageError("htga needs no in (0, 1] and cr, mr in [0, 1]")
-    if crossover not in ("places", "front"):
-        raise UsageError(f"htga knows the crossovers places and front, not {crossover!r}")
+    if crossover not in CROSSOVERS:
+        raise UsageError(f"htga knows the crossovers {', '.join(CROSSOVERS)}, not {crossover!r}")
 
 
 @njit(cache=True)
@@ -193,7 +204,8 @@ def _generations(
     pairs: int,
     cr: float,
     mr: float,
-    front: bool,
+    crossover: int,
+    uncrossed: bool,
     taguchi: int,
     distinct: bool,
     steps: int,
@@ -212,12 +224,15 @@ def _generations(
         for _ in range(pairs):
             first, second = _select(rng, genes, times, slots, wheel)
             if rng.random() < cr:
-                _cross(rng, genes, first, second, slots[end], stamp, front)
-                _cross(rng, genes, second, first, slots[end + 1], stamp, front)
-                end += 2
-        for k in range(population, end):
-            times[slots[k]] = length(genes[slots[k]], legs)
-        searched[0] += end - population
+                _cross(rng, legs, genes, times, first, second, slots[end], stamp, crossover)
+                _cross(rng, legs, genes, times, second, first, slots[end + 1], stamp, crossover)
+                searched[0] += 2
+            elif uncrossed:
+                _pass(genes, times, first, slots[end])
+                _pass(genes, times, second, slots[end + 1])
+            else:
+                continue
+            end += 2
         crossed = end
         for _ in range(taguchi):
             if crossed - population >= 2:
@@ -264,29 +279,40 @@ def _select(
 
 
 @njit(cache=True)
+def _pass(genes: Genes, times: Ints, parent: int, child: int) -> None:
+    """An offspring that is its parent."""
+    times[child] = times[parent]
+    for k in range(genes.shape[1]):
+        genes[child, k] = genes[parent, k]
+
+
+@njit(cache=True)
 def _cross(
-    rng: Generator, genes: Genes, first: int, second: int, child: int, stamp: Ints, front: bool
-) -> None:
-    """Step 4: GENES random genes of the first parent, the rest in the second's sequence."""
+    rng: Generator, legs: Ints, genes: Genes, times: Ints, first: int, second: int, child: int,
+    stamp: Ints, crossover: int,
+) -> None:  # fmt: skip
+    """Step 4: GENES genes of the first parent (U1), the rest in the second's sequence."""
     m = genes.shape[1]
     for gene in range(m):
         stamp[gene] = 0
+    start = below(rng, m - GENES + 1) if crossover == STRETCH else 0
     chosen = 0
     while chosen < GENES:
-        k = below(rng, m)
+        k = start + chosen if crossover == STRETCH else below(rng, m)
         gene = genes[first, k]
         if stamp[gene] == 0:
             stamp[gene] = 1
-            genes[child, chosen if front else k] = gene
+            genes[child, k if crossover == PLACES else chosen] = gene
             chosen += 1
-    at = GENES if front else 0
+    at = 0 if crossover == PLACES else GENES
     for k in range(m):
         gene = genes[second, k]
         if stamp[gene] == 0:
-            while not front and stamp[genes[first, at]] == 1:
+            while crossover == PLACES and stamp[genes[first, at]] == 1:
                 at += 1
             genes[child, at] = gene
             at += 1
+    times[child] = length(genes[child], legs)
 
 
 @njit(cache=True)
