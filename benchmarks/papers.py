@@ -1,100 +1,89 @@
 """Reproduce the papers' tables and write docs/reproduction.md.
 
-    python benchmarks/papers.py [--runs N] [--jobs N] [--boards FOLDER]
+    python benchmarks/papers.py [TABLE...] [--runs N] [--jobs N]
+    python benchmarks/papers.py --report
 
-Finished runs are kept in results/papers.jsonl and results/papers-more.json: the command may be
-stopped and started again.  ``--report`` makes no new runs and writes what there is.
+Finished runs are kept in benchmarks/results/papers.jsonl, one line a run: the command may be killed
+and started again, and later runs extend what is there.  ``--report`` makes no new runs and writes
+the page from the committed results, those of ``benchmarks/bmga.py`` among them.
 """
 
 from __future__ import annotations
 
 import argparse
 import json
-import platform
 import time
-from collections.abc import Callable
+from collections.abc import Sequence
 from dataclasses import replace
-from fractions import Fraction
 from pathlib import Path
-from typing import Any
 
-from tcp import Balance, Instance, Model, Rules, Stop, Travel, solve
-from tcp.bounds.one_tree import one_tree_bound
-from tcp.exact.pareto import front, weighted
+import bmga
+
+from tcp import Instance, solve
 from tcp.experiments.journal import Journal, Run
 from tcp.experiments.run import conduct, optima
 from tcp.experiments.spec import ROWS, Experiment, load
 from tcp.experiments.statistics import Summary, summarise
 from tcp.experiments.table import markdown, whole_report
-from tcp.files import read
 from tcp.fleet import Fleet
-from tcp.result import decimal
-from tcp.stop import Clock
 
 ROOT = Path(__file__).resolve().parents[1]
 FILES = ROOT / "data" / "experiments"
-MORE = Path("results/papers-more.json")
+RESULTS = ROOT / "benchmarks" / "results"
+RUNS_FILE = RESULTS / "papers.jsonl"
+PROOFS = RESULTS / "papers-proofs.json"
 
 RUNS = {
     "cuckoo-table-1": 1000,
     "cuckoo-table-2": 1000,
     "htga-table-vi": 1000,
     "htga-table-vii": 1000,
-    "htga-table-viii": 300,
-    "htga-table-ix": 300,
-    "cuckoo-table-5": 100,
-    "cuckoo-table-6": 100,
+    "htga-table-viii": 1000,
+    "htga-table-ix": 1000,
+    "cuckoo-table-5": 1000,
+    "cuckoo-table-6": 1000,
     "firefly-table-iii": 100,
     "htga-table-x": 100,
     "htga-table-xi": 100,
     "cuckoo-table-3": 100,
 }
-"""Runs of each column: what fits half an hour of one core."""
+"""Runs of each column: 1,000 where they take less than half an hour of two cores."""
 
-BOARDS = (
-    "kicad-DIN41612-backplane.drl",
-    "kicad-mnt-reform2-motherboard-PTH.drl",
-    "altium-Thunderscope-4.1-round.txt",
-    "kicad-c4puter-motherboard.drl",
-)
-"""Boards of the paper's range, 508 to 3,320 holes in the largest tool."""
-
-METHODS: dict[str, dict[str, Any]] = {
-    "mGAp": {"crossover": "points", "clusters": False},
-    "mGAu": {"crossover": "uniform", "clusters": False},
-    "mGAuk": {"crossover": "uniform", "clusters": True},
-}
+READINGS = "htga-readings", "firefly-readings"
+"""Experiments that set one reading of a paper beside others, 100 runs each."""
 
 COMPARED = ("iterations", "time", "error", "fitness", "searched")
 """Kinds of figures that the verdict table sets side by side."""
 
 
-def kept(name: str, make: Callable[[], Any], report: bool) -> Any:
-    """A measurement from the file, or made now and kept there; None if there may be none."""
-    data = json.loads(MORE.read_text()) if MORE.exists() else {}
-    if name not in data and not report:
-        data[name] = make()
-        MORE.parent.mkdir(exist_ok=True)
-        MORE.write_text(json.dumps(data, indent=1))
-    return data.get(name)
-
-
 # --- the tables -------------------------------------------------------------
 
 
+def experiments(names: Sequence[str], cap: int | None) -> list[Experiment]:
+    """The named experiments, or those of all tables, cheapest first."""
+    known = RUNS | dict.fromkeys(READINGS, 100)
+    for name in names:
+        if name not in known:
+            raise SystemExit(f"no table {name!r}; one of {', '.join(known)}")
+    return [
+        replace(load(FILES / f"{name}.toml"), runs=min(known[name], cap or known[name]))
+        for name in names or RUNS
+    ]
+
+
+def conduct_all(arguments: argparse.Namespace, journal: Journal) -> None:
+    """Make the runs that are missing."""
+    for experiment in experiments(arguments.tables or (*RUNS, *READINGS), arguments.runs):
+        began = time.perf_counter()
+        conduct(experiment, optima(experiment), journal, fleet=Fleet(jobs=arguments.jobs))
+        print(f"{experiment.title}: {time.perf_counter() - began:.0f} s", flush=True)
+
+
 def tables(
-    journal: Journal, cap: int | None, jobs: int, report: bool
+    names: Sequence[str], stored: dict[str, Run]
 ) -> list[tuple[Experiment, list[Summary | None]]]:
-    """Every experiment with the summaries of its runs."""
-    done, stored = [], journal.runs() if report else {}
-    for name, runs in RUNS.items():
-        experiment = load(FILES / f"{name}.toml")
-        experiment = replace(experiment, runs=min(runs, cap or runs))
-        known = optima(experiment)
-        made = stored if report else conduct(experiment, known, journal, fleet=Fleet(jobs))
-        done.append((experiment, summarise(experiment.columns, known, made)))
-    order = [p.stem for p in sorted(FILES.glob("*.toml"))]
-    return sorted(done, key=lambda pair: order.index(list(RUNS)[done.index(pair)]))
+    """The named experiments with the summaries of their stored runs."""
+    return [(e, summarise(e.columns, optima(e), stored)) for e in experiments(names, None)]
 
 
 def number(text: str) -> float | None:
@@ -149,112 +138,57 @@ def _verdict(theirs: float, ours: float | None) -> str:
 # --- heuristics against a proof ---------------------------------------------
 
 
-def proof_seconds(instance: Instance) -> float:
-    """Median time to a proof of three runs of the exact default, the first one not counted."""
-    times = []
-    for seed in range(4):
-        result = solve(instance, exact=True, seed=seed)
-        assert result.gap == 0
-        times.append(result.seconds)
-    return sorted(times[1:])[1]
-
-
-def comparison(done: list[tuple[Experiment, list[Summary | None]]], report: bool) -> str:
-    """Success and time to the optimum of each heuristic, and the time to a proof."""
+def compared(
+    done: list[tuple[Experiment, list[Summary | None]]],
+) -> dict[tuple[str, str, str], Summary]:
+    """The summary with most runs of each workpiece, travel model and heuristic."""
     seen: dict[tuple[str, str, str], Summary] = {}
     for _, summaries in done:
         for s in (s for s in summaries if s is not None):
             where = s.column.instance
-            key = (where.name, str(where.travel.model), s.column.name)
+            name = s.column.name if s.column.solver != "cuckoo" else "CS"
+            key = (where.name, str(where.travel.model), name)
             if key not in seen or len(s.runs) > len(seen[key].runs):
                 seen[key] = s
-    head = ["Workpiece", "Travel", "Heuristic", "Runs", "Success", "Seconds a run"]
-    rows = [[*head, "Seconds to the optimum, expected", "Seconds to a proof (exact)"]]
-    for (piece, model, name), s in sorted(seen.items()):
-        if name in ("Case 1", "Case 2"):
-            continue
-        instance = s.column.instance
-        proof = kept(f"proof {piece} {model}", lambda i=instance: proof_seconds(i), report)
-        expected = f"{s.seconds / s.success:.3f}" if s.success else "never"
+    return dict(sorted(seen.items()))
+
+
+def conduct_proofs() -> None:
+    """Time the proof of every instance of the tables that is not timed yet."""
+    data = dict(json.loads(PROOFS.read_text())) if PROOFS.exists() else {}
+    for experiment in experiments((), None):
+        for column in experiment.columns:
+            name = f"{column.instance.name} {column.instance.travel.model}"
+            if name not in data:
+                data[name] = proof_seconds(column.instance)
+                PROOFS.write_text(json.dumps(data, indent=1) + "\n")
+
+
+def proof_seconds(instance: Instance) -> float:
+    """Processor seconds to a proof by the exact default: the median of three, after a first."""
+    times = []
+    for seed in range(4):
+        began = time.process_time()
+        assert solve(instance, exact=True, seed=seed).gap == 0
+        times.append(round(time.process_time() - began, 4))
+    return sorted(times[1:])[1]
+
+
+def comparison(done: list[tuple[Experiment, list[Summary | None]]]) -> str:
+    """Success and time to the optimum of each heuristic, and the time to a proof."""
+    proofs = dict(json.loads(PROOFS.read_text())) if PROOFS.exists() else {}
+    head = ["Workpiece", "Travel", "Heuristic", "Runs", "Success", "CPU seconds a run"]
+    rows = [[*head, "CPU seconds to the optimum, expected", "CPU seconds to a proof (exact)"]]
+    for (piece, model, name), s in compared(done).items():
+        expected = f"{s.cpu / s.success:.3f}" if s.success else f"over {s.cpu * len(s.runs):.0f}"
+        proof = proofs.get(f"{piece} {model}")
         rows.append(
             [
-                *(piece, model, name, str(len(s.runs)), f"{s.success:.1%}", f"{s.seconds:.3f}"),
-                expected,
-                "not measured" if proof is None else f"{proof:.3f}",
+                *(piece, model, name, str(len(s.runs)), f"{s.success:.1%}", f"{s.cpu:.3f}"),
+                *(expected, "not measured" if proof is None else f"{proof:.3f}"),
             ]
         )
     return markdown(rows)
-
-
-# --- BMGA -------------------------------------------------------------------
-
-
-def bmga_boards(folder: Path | None, report: bool) -> str:
-    """Path reduction against the file's own order, as in Figures 2 to 4, with a lower bound."""
-    rows = [["Board", "Holes", "File's order, mm", "Method", "Path, mm", "Reduction"]]
-    rows[0] += ["Seconds", "Unbalanced windows", "Lower bound, mm", "Above the bound"]
-    for name in BOARDS:
-        make = None if folder is None else folder / name
-        data = kept(f"board {name}", lambda p=make: board(p), report or make is None)
-        for method, found in (data or {}).get("methods", {}).items():
-            own, path, bound = data["own"], found["path"], data["bound"]
-            rows.append(
-                [
-                    *(name, str(data["holes"]), f"{own:.1f}", method, f"{path:.1f}"),
-                    *(f"{1 - path / own:.1%}", f"{found['seconds']:.1f}"),
-                    *(str(found["unbalanced"]), f"{bound:.1f}", f"{path / bound - 1:.1%}"),
-                ]
-            )
-    return markdown(rows)
-
-
-def board(path: Path) -> dict[str, Any]:
-    """The largest tool of a board: its own order, the three methods, a lower bound."""
-    piece = read(path).workpiece
-    instance = Instance(piece, Travel(Model.EUCLIDEAN))
-    bound = one_tree_bound(instance, clock=Clock(Stop(time=10.0)))
-    unit = float(instance.quantum)
-    methods = {}
-    for name, options in METHODS.items():
-        result = solve(instance, "bmga", stop=Stop(time=30.0), seed=1, **options)
-        methods[name] = {
-            "path": result.cost * unit,
-            "seconds": result.seconds,
-            "unbalanced": result.details["unbalanced"],
-        }
-    own = instance.cost(range(len(piece))) * unit
-    return {"holes": len(piece), "own": own, "bound": bound.value * unit, "methods": methods}
-
-
-def bmga_fronts(report: bool) -> str:
-    """The exact front of WP1 and WP2, and where BMGA ends for the same rule and price."""
-    rows = [["Workpiece", "Travel", "w", "Exact front (time, unbalanced windows)"]]
-    rows[0] += ["Weighted optimum", "BMGA: weighted", "BMGA at the optimum, of 20 runs"]
-    for piece, window in (("wp1", 4), ("wp1", 3), ("wp2", 10)):
-        for model in (Model.SEQUENTIAL, Model.SIMULTANEOUS):
-            name = f"front {piece} {model} {window}"
-            data = kept(name, lambda p=piece, m=model, w=window: judged(p, m, w), report)
-            if data is not None:
-                rows.append([piece, str(model), str(window), *data])
-    return markdown(rows)
-
-
-def judged(piece: str, model: Model, window: int) -> list[str]:
-    """One row of the fronts' table; a window costs the mean leg of the shortest route."""
-    workpiece = read(ROOT / "data" / f"{piece}.csv").workpiece
-    instance = Instance(workpiece, Travel(model), rules=Rules(balance=Balance(window)))
-    points = front(instance)
-    price = points[0].cost // (len(workpiece) - 1)
-    best = weighted(points, price)
-    target = best.cost + price * best.penalty
-    values = []
-    for seed in range(20):
-        run = solve(instance, "bmga", seed=seed, clusters=False)
-        values.append(run.cost + price * instance.penalty(run.route))
-    unit: Fraction = instance.quantum
-    spelled = ", ".join(f"({decimal(p.cost * unit)}, {p.penalty})" for p in points)
-    hits = sum(value == target for value in values)
-    return [spelled, decimal(target * unit), decimal(min(values) * unit), str(hits)]
 
 
 # --- the page ---------------------------------------------------------------
@@ -262,21 +196,19 @@ def judged(piece: str, model: Model, window: int) -> list[str]:
 PROSE = (ROOT / "benchmarks" / "papers.md").read_text(encoding="utf-8")
 
 
-def page(arguments: argparse.Namespace) -> str:
-    """The whole of docs/reproduction.md."""
-    journal = Journal(arguments.journal)
-    done = tables(journal, arguments.runs, arguments.jobs, arguments.report)
-    runs: dict[str, Run] = journal.runs()
-    spent = sum(run.seconds for run in runs.values())
-    made = f"{len(runs)} runs, {spent / 60:.0f} minutes in all on shared cores, " + (
-        f"Python {platform.python_version()} on {platform.machine()}"
-    )
+def page() -> str:
+    """The whole of docs/reproduction.md, from what is stored."""
+    stored = Journal(RUNS_FILE).runs()
+    done, readings = tables(sorted(RUNS), stored), tables(READINGS, stored)
+    measured = bmga.stored()
+    spent = sum(run.cpu for run in stored.values())
     parts = {
-        "MADE": made,
+        "MADE": f"{len(stored):,} runs, {spent / 60:.0f} CPU minutes in all",
         "VERDICTS": verdicts(done),
-        "COMPARISON": comparison(done, arguments.report),
-        "FRONTS": bmga_fronts(arguments.report),
-        "BOARDS": bmga_boards(arguments.boards, arguments.report),
+        "COMPARISON": comparison(done),
+        "READINGS": "\n".join(whole_report(e, s) for e, s in readings),
+        "FRONTS": bmga.fronts_table(measured),
+        "BOARDS": bmga.boards_tables(measured),
         "TABLES": "\n".join(whole_report(e, s) for e, s in done),
     }
     text = PROSE
@@ -286,17 +218,18 @@ def page(arguments: argparse.Namespace) -> str:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("tables", nargs="*", metavar="TABLE", help="only these")
     parser.add_argument("--runs", type=int, help="at most so many runs of each column")
     parser.add_argument("--jobs", type=int, default=2)
-    parser.add_argument("--journal", type=Path, default=Path("results/papers.jsonl"))
-    parser.add_argument("--boards", type=Path, help="folder of drill files for BMGA")
     parser.add_argument("--report", action="store_true", help="make no new runs")
-    parser.add_argument("--out", type=Path, default=ROOT / "docs" / "reproduction.md")
     arguments = parser.parse_args()
-    began = time.perf_counter()
-    arguments.out.write_text(page(arguments), encoding="utf-8")
-    print(f"{arguments.out} written in {time.perf_counter() - began:.0f} s")
+    if not arguments.report:
+        conduct_all(arguments, Journal(RUNS_FILE, curves=False))
+        conduct_proofs()
+    (ROOT / "docs" / "reproduction.md").write_text(page(), encoding="utf-8")
 
 
 if __name__ == "__main__":
