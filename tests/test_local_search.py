@@ -12,12 +12,12 @@ from hypothesis import strategies as st
 
 from tcp import Ends, Instance, Model, Rules, Travel, Workpiece
 from tcp.heuristics.local_search import improve, respects
+from tcp.heuristics.local_search.crossover import ab_cycles, census, mate
 from tcp.heuristics.local_search.exchange import apply, new_tour, undo
 from tcp.heuristics.local_search.ground import length, price
-from tcp.heuristics.local_search.kicks import kick_and_repair
-from tcp.heuristics.local_search.merge import ab_cycles, merge
-from tcp.heuristics.local_search.search import THOROUGH, new_work, push, settle
+from tcp.heuristics.local_search.search import new_work, push_all, settle
 from tcp.heuristics.local_search.starts import greedy
+from tcp.heuristics.local_search.stream import Stream
 from tcp.heuristics.local_search.survey import survey
 from tcp.result import Status
 from tcp.solve import solve
@@ -95,16 +95,18 @@ def test_rules_without_a_route_are_infeasible():
 
 def test_the_same_seed_gives_the_same_route():
     instance = Instance(scattered(300))
-    stop = Stop(iterations=500)
-    first, second = (solve(instance, "local-search", stop=stop, seed=7) for _ in range(2))
-    assert first.route == second.route
+    for kicks in (500, 8_000):  # kicks alone, and a population
+        stop = Stop(iterations=kicks)
+        first, second = (solve(instance, "local-search", stop=stop, seed=7) for _ in range(2))
+        assert first.route == second.route
 
 
-def test_workers_do_not_change_the_route():
+@pytest.mark.parametrize("kicks", [3000, 9000], ids=["kicks alone", "population"])
+def test_workers_do_not_change_the_route(kicks):
     form = Instance(scattered(200)).form
     tours = [
         improve(
-            form, None, rng=np.random.default_rng(5), clock=Clock(Stop()), kicks=3000, workers=k
+            form, None, rng=np.random.default_rng(5), clock=Clock(Stop()), kicks=kicks, workers=k
         )
         for k in (1, 2)
     ]
@@ -136,7 +138,10 @@ def test_the_time_limit_is_held():
 
 def missed_exchange(form, ground, tour):
     """An improving exchange of two or three edges along candidate lists, by trying them all."""
-    n, cost = form.size, [[price(ground, u, v) for v in range(form.size)] for u in range(form.size)]
+    n, cost = (
+        form.size,
+        [[price(*ground.costs, u, v) for v in range(form.size)] for u in range(form.size)],
+    )
     near = [{int(w) for w in ground.near[v] if w != v} for v in range(n)]
     fixed = [{int(w) for w in ground.mates[v] if w >= 0} for v in range(n)]
 
@@ -169,13 +174,12 @@ def test_no_improving_exchange_inside_the_lists_is_missed(piece, model, ends):
     form = Instance(piece, Travel(model), ends).form
     ground = survey(form, 7)
     tour, work = new_tour(greedy(ground)), new_work(form.size, ground.near.shape[1])
-    work.breadth[:] = THOROUGH
-    before = length(ground, tour.order)
+    state = (*ground.costs, ground.near, ground.dist, *tour, *work)
+    before = length(*ground.costs, tour.order)
     while True:
-        for v in tour.order:
-            push(work, v)
-        gain = settle(ground, tour, work, 1 << 60)
-        after = length(ground, tour.order)
+        push_all(work.queue, work.queued, work.state, tour.order)
+        gain = settle(*state, 1 << 60, True)
+        after = length(*ground.costs, tour.order)
         assert after == before - gain
         before = after
         if gain == 0:
@@ -188,19 +192,19 @@ def test_no_improving_exchange_inside_the_lists_is_missed(piece, model, ends):
 def test_books_balance_and_undo_restores(n, seed, ends):
     form = Instance(scattered(n, seed, side=20), ends=ends).form
     ground = survey(form)
-    tour, work = new_tour(greedy(ground)), new_work(form.size, ground.near.shape[1])
-    random = np.array([seed + 1], np.uint64)
-    cost = length(ground, tour.order)
+    stream = Stream(ground, greedy(ground), seed + 1)
+    tour = stream.tour
     for heat in (0.0, 5.0, 0.0):
-        cost -= kick_and_repair(ground, tour, work, random, 40, 30, heat)
-        assert length(ground, tour.order) == length(ground, tour.kept) == cost
+        stream.kick(40, heat)
+        assert length(*ground.costs, tour.order) == stream.cost >= stream.best_cost
+        assert length(*ground.costs, stream.best) == stream.best_cost
         assert np.array_equal(tour.pos[tour.order], np.arange(form.size))
         assert set(form.forced) <= edges_of(ground.label[tour.order].tolist())
-    kept = tour.kept.copy()
+    kept, half = tour.order.copy(), form.size // 2
     for base in range(0, form.size, 7):
-        segs = np.array([[form.size // 2, 1], [0, 0], [form.size // 2 + 1, form.size - 1]])
-        apply(tour, base, 0, segs, 3)
-    undo(tour)
+        apply(*tour, base, base % 2, np.array([half, 1, 0, 0, half + 1, form.size - 1]), 3)
+    assert not np.array_equal(tour.order, kept)
+    undo(tour.order, tour.pos, tour.log)
     assert np.array_equal(tour.order, kept)
     assert np.array_equal(tour.pos[tour.order], np.arange(form.size))
 
@@ -210,34 +214,46 @@ def edges_of(tour):
 
 
 @settings(max_examples=40, deadline=None)
-@given(st.integers(8, 80), st.integers(0, 2**32))
-def test_a_merged_tour_is_a_tour_of_its_parents_edges(n, seed):
-    form = Instance(scattered(n, seed, side=50), ends=Ends(closed=True)).form
-    ground = survey(form)
-    parents = [new_tour(greedy(ground)) for _ in range(2)]
-    for k, parent in enumerate(parents):
-        work = new_work(n, ground.near.shape[1])
-        kick_and_repair(ground, parent, work, np.array([seed + k + 1], np.uint64), 5, 30, 1e9)
-    first, second = (p.kept.copy() for p in parents)
-    gain = merge(ground, parents[0], second)
-    child = parents[0].kept
-    assert gain >= 0
-    assert sorted(child.tolist()) == list(range(n))
-    assert length(ground, child) == length(ground, first) - gain
-    assert edges_of(child.tolist()) <= edges_of(first.tolist()) | edges_of(second.tolist())
+@given(st.integers(8, 120), st.integers(0, 2**32), st.sampled_from(ENDS))
+def test_a_child_is_a_better_tour_that_keeps_what_its_parents_agree_on(n, seed, ends):
+    rules = Rules(together=((0, 7), (1, 2)), forbidden=((3, 4),))
+    form = Instance(scattered(n, seed, side=50), ends=ends, rules=rules).form
+    ground, rng = survey(form), np.random.default_rng(seed)
+    order, other = (greedy(ground, rng) for _ in range(2))
+    counts = census(np.array([order, other]))
+    a, b, child = new_tour(order), new_tour(other), np.empty_like(order)
+    random = np.array([seed + 1], np.uint64)
+    for _ in range(5):
+        gain = mate(
+            *ground.costs, ground.near, a.order, a.pos, b.order, b.pos, child, counts, 2, random
+        )
+        assert gain >= 0
+        assert sorted(child.tolist()) == list(range(form.size))
+        assert length(*ground.costs, child) == length(*ground.costs, order) - gain
+        assert set(form.forced) <= edges_of(ground.label[child].tolist())
+        if gain == 0:
+            assert np.array_equal(child, order)
+
+
+def test_the_census_counts_neighbours():
+    orders = np.array([[0, 1, 2, 3, 4], [0, 2, 1, 3, 4]], np.int32)
+    counts = census(orders)
+    expected = [{1: 1, 4: 2, 2: 1}, {0: 1, 2: 2, 3: 1}, {1: 2, 3: 1, 0: 1}, {2: 1, 4: 2, 1: 1}]
+    for v, known in enumerate(expected):
+        assert {int(w): int(c) for w, c in counts[v] if w >= 0} == known
 
 
 def test_ab_cycles_alternate_and_cover_the_difference():
     rng = np.random.default_rng(0)
     for n in (5, 8, 30):
-        a, b = (rng.permutation(n).astype(np.int32) for _ in range(2))
-        tour = new_tour(a)
-        nodes, starts, count = ab_cycles(tour.order, tour.pos, b)
-        only_a, only_b = edges_of(a.tolist()), edges_of(b.tolist())
+        a, b = (new_tour(rng.permutation(n).astype(np.int32)) for _ in range(2))
+        random = np.array([n], np.uint64)
+        nodes, starts = ab_cycles(a.order, a.pos, b.order, b.pos, random)
+        only_a, only_b = edges_of(a.order.tolist()), edges_of(b.order.tolist())
         only_a, only_b = only_a - only_b, only_b - only_a
         seen = ([], [])
-        for c in range(count):
-            cycle = nodes[starts[c] : starts[c + 1]].tolist()
+        for low, high in itertools.pairwise(starts):
+            cycle = nodes[low:high].tolist()
             assert len(cycle) % 2 == 0
             for i, pair in enumerate(itertools.pairwise([*cycle, cycle[0]])):
                 seen[i % 2].append((min(pair), max(pair)))

@@ -1,78 +1,62 @@
-"""The search as a whole: descent, rounds of kicks that cool down, a merge after each.
+"""The search as a whole: a descent, then populations if there is time for them, or kicks alone.
 
-Several streams of kicks start from one tour and know nothing of each other
-until their tours are merged; threads only decide how many streams run at a
-time.  ``best`` is a valid tour at every moment.
+Where there is time for a few tours of :data:`RIPE` kicks a node, many of them
+are raised from different starts and bred (``population.py``): what a tour does
+well is thereby found anywhere on the board, even where an open path ends.
+Large boards get kicks alone, in streams that cool down and merge.
+
+``best`` is a valid tour at every moment.  Threads only decide how many tours
+are worked on at a time; what becomes of them does not depend on that.
 """
 
 from __future__ import annotations
 
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import Executor, ThreadPoolExecutor
+from functools import partial
 
 import numpy as np
 
-from tcp.heuristics.local_search.exchange import Tour, keep, new_tour
-from tcp.heuristics.local_search.ground import Ground, Small, length
-from tcp.heuristics.local_search.kicks import kick_and_repair
-from tcp.heuristics.local_search.merge import merge
-from tcp.heuristics.local_search.search import CAP, SIZE, Work, new_work, push, settle
+from tcp.heuristics.local_search.ground import Ground, Small
+from tcp.heuristics.local_search.population import Population
+from tcp.heuristics.local_search.starts import greedy
+from tcp.heuristics.local_search.stream import Stream
 from tcp.result import Progress, Report
 from tcp.stop import Clock
-
-REACH = 30
-"""Longest stretch of a kick's double bridge."""
+from tcp.travel import Ints
 
 HEAT = 0.3
-"""Loss put up with when a round begins, in mean edges of the tour."""
+"""Loss put up with when a round of kicks alone begins, in mean edges of the tour."""
 
 SLOW = 50
 """Kicks per node below which cooling from all of :data:`HEAT` would take too long."""
 
 ROUNDS = (0.6, 0.4)
-"""Shares of the whole effort; each round cools down to zero and ends with a merge."""
+"""Shares of the effort where there are kicks alone; each cools down to zero and ends in a merge."""
 
 STREAMS = 2
-"""Searches that run side by side, whatever the number of workers."""
+"""Searches that run side by side where there are kicks alone, whatever the number of workers."""
 
-SLICE = 0.04
-"""Seconds between two looks at the clock."""
+RIPE = 3
+"""Kicks per node that make a member of a population."""
 
-FAR, NEAR = 50_000, 25_000
-"""Most places that one exchange may write, in the descent and after a kick."""
+FEW, MANY = 8, 300
+"""Least and most members of a population."""
 
+ROOM = 8_000_000
+"""Most nodes of all members together."""
 
-class Stream:
-    """A tour under disturbance, and the best it has been."""
+RAISING = 0.75
+"""Share of the time left that goes into raising a population; the rest is for breeding."""
 
-    def __init__(self, ground: Ground, order: Small, seed: int):
-        self.ground = ground
-        self.tour: Tour = new_tour(order)
-        self.work: Work = new_work(order.size, ground.near.shape[1], cap=FAR)
-        self.random = np.array([seed], np.uint64)
-        self.cost = int(length(ground, self.tour.order))
-        self.best, self.best_cost = self.tour.kept.copy(), self.cost
+PROBE = 300
+"""Kicks that tell how fast the machine is."""
 
-    def kick(self, kicks: int, heat: float) -> None:
-        """Try some kicks."""
-        args = (self.ground, self.tour, self.work, self.random)
-        self.cost -= int(kick_and_repair(*args, kicks, REACH, heat))
-        self.record()
-
-    def record(self) -> None:
-        """Remember the tour if it is the best so far."""
-        if self.cost < self.best_cost:
-            self.best_cost = self.cost
-            self.best[:] = self.tour.kept
-
-    def restart(self, order: Small, cost: int) -> None:
-        """Go on from another tour."""
-        self.tour = new_tour(order)
-        self.cost = cost
-        self.record()
+SLICE, GULP = 0.04, 1_000
+"""Seconds, and most kicks of a member, between two looks at the clock."""
 
 
 class Search:
-    """Streams, clock and news; see the module."""
+    """Tours, clock and news; see the module."""
 
     def __init__(
         self,
@@ -82,57 +66,98 @@ class Search:
         clock: Clock,
         report: Report,
     ):
-        self.ground, self.clock, self.report = ground, clock, report
-        self.seeds = [int(v) for v in rng.integers(1, 2**63, size=STREAMS, dtype=np.uint64)]
-        self.streams = [Stream(ground, order, self.seeds[0])]
+        self.ground, self.rng, self.clock, self.report = ground, rng, clock, report
+        self.first = Stream(ground, order, self._seeds(1)[0])
         self.tried = 0
-        self.told = self.cost + 1
+        self.best, self.cost = self.first.best, self.first.cost
         self._tell("start")
-
-    @property
-    def best(self) -> Small:
-        """The best tour so far, in the ground's numbers."""
-        return min(self.streams, key=lambda s: s.best_cost).best
-
-    @property
-    def cost(self) -> int:
-        """Cost of the best tour."""
-        return min(s.best_cost for s in self.streams)
 
     def descend(self) -> None:
         """Improve until no exchange helps, looking at the nodes in tour order."""
-        stream = self.streams[0]
-        for v in stream.tour.order:
-            push(stream.work, v)
-        while stream.work.state[SIZE] and self.clock.reason(self.cost) is None:
-            stream.cost -= int(settle(self.ground, stream.tour, stream.work, 2_000))
-            keep(stream.tour)
-            stream.record()
-        self._tell("descent")
+        self.first.descend(self.clock)
+        self._offer(self.first.best, self.first.best_cost, "descent")
 
     def kick(self, limit: int | None, workers: int) -> None:
         """Try ``limit`` kicks in all, or as many as the clock allows."""
         if self.clock.reason(self.cost) is not None or limit == 0:
             return
-        first = self.streams[0]
-        self.streams += [Stream(self.ground, first.best, seed) for seed in self.seeds[1:]]
-        for stream in self.streams:
-            stream.work.state[CAP] = NEAR
-        with ThreadPoolExecutor(max(1, min(workers, STREAMS))) as pool:
-            heat = HEAT
-            begin = 0.0
-            for share in ROUNDS:
-                self._round(pool, limit, begin, begin + share, heat)
-                begin, heat = begin + share, heat / 3
-                if self.clock.interrupted:
+        with ThreadPoolExecutor(max(1, workers)) as pool:
+            count = self._affordable(limit, workers) // (RIPE * self.ground.size)
+            count = min(count, MANY, ROOM // self.ground.size)
+            if count < FEW:
+                self._anneal(pool, limit)
+                return
+            while self.clock.reason(self.cost) is None:
+                self._populate(pool, count, limit)
+                if limit is not None:
                     return
-                self._merge()
+                count = min(MANY, ROOM // self.ground.size)
+
+    def _affordable(self, limit: int | None, workers: int) -> int:
+        """How many kicks there will be."""
+        if limit is not None:
+            return limit
+        began = self.clock.elapsed
+        self.first.kick(PROBE, 0.0)
+        took = max(self.clock.elapsed - began, 1e-6)
+        return int(min(self.clock.remaining / took * PROBE * min(workers, STREAMS), 1e12))
+
+    def _populate(self, pool: Executor, count: int, limit: int | None) -> None:
+        """Raise a population, as many as ``count``, and breed it; the best tour is a member."""
+        clock = self.clock
+        kicks = RIPE * self.ground.size if limit is None else limit // count
+        until = clock.elapsed + RAISING * clock.remaining
+
+        def grow(seed: int) -> Stream | None:
+            return self._raise(seed, kicks, until)
+
+        members = [(self.best.copy(), self.cost)]
+        for stream in pool.map(grow, self._seeds(count - 1)):
+            if stream is not None:
+                members.append((stream.best, stream.best_cost))
+                self.tried += kicks
+                self._offer(*members[-1], "member")
+        population = Population(self.ground, members)
+        population.breed(self.rng, pool, clock, partial(self._offer, note="bred"))
+
+    def _raise(self, seed: int, kicks: int, until: float) -> Stream | None:
+        """A tour from a start of its own; None if it is too late for one."""
+        clock = self.clock
+        if clock.elapsed >= until or clock.interrupted:
+            return None
+        stream = Stream(self.ground, greedy(self.ground, np.random.default_rng(seed)), seed)
+        stream.descend(clock)
+        while kicks > 0 and clock.elapsed < until and clock.reason(stream.cost) is None:
+            stream.kick(min(kicks, GULP), 0.0)
+            kicks -= GULP
+        return stream
+
+    def _anneal(self, pool: Executor, limit: int | None) -> None:
+        """Kicks alone: rounds of streams that start from the best tour, cool down and merge."""
+        seeds = self._seeds(STREAMS)
+        streams = [Stream(self.ground, self.best, seed) for seed in seeds]
+        begin, heat = 0.0, HEAT
+        for share in ROUNDS:
+            self._round(pool, streams, limit, begin, begin + share, heat)
+            begin, heat = begin + share, heat / 3
+            if self.clock.interrupted:
+                return
+            merged = Population(self.ground, [(s.best, s.best_cost) for s in streams])
+            merged.breed(self.rng, pool, self.clock, partial(self._offer, note="merge"))
+            for stream in streams:
+                stream.restart(self.best, self.cost)
 
     def _round(
-        self, pool: ThreadPoolExecutor, limit: int | None, begin: float, end: float, heat: float
+        self,
+        pool: Executor,
+        streams: list[Stream],
+        limit: int | None,
+        begin: float,
+        end: float,
+        heat: float,
     ) -> None:
         """Kick all streams while the share of effort spent is below ``end``, cooling down."""
-        n = self.ground.x.size
+        n = self.ground.size
         mean = self.cost / n
         size = 10
         while (done := self._done(limit)) < end:
@@ -143,11 +168,10 @@ class Search:
                 quota = max(1, round((end * limit - self.tried) / STREAMS))
                 size = min(quota, max(1, limit // 100), 500)
             before = self.clock.elapsed
-            jobs = [pool.submit(stream.kick, size, warm) for stream in self.streams]
-            for job in jobs:
-                job.result()
+            list(pool.map(lambda s, *a: s.kick(*a), streams, [size] * STREAMS, [warm] * STREAMS))
             self.tried += size * STREAMS
-            self._tell("kicks")
+            for stream in streams:
+                self._offer(stream.best, stream.best_cost, "kicks")
             if self.clock.reason(self.cost) is not None:
                 return
             if limit is None:
@@ -161,18 +185,14 @@ class Search:
         by_time = 0.0 if time is None else self.clock.elapsed / max(time, 1e-9)
         return max(by_kicks, by_time)
 
-    def _merge(self) -> None:
-        """Merge the streams' best tours; all go on from the result."""
-        best = min(self.streams, key=lambda s: s.best_cost)
-        child, cost = new_tour(best.best), best.best_cost
-        for stream in self.streams:
-            if stream is not best:
-                cost -= int(merge(self.ground, child, stream.best))
-        for stream in self.streams:
-            stream.restart(child.kept, cost)
-        self._tell("merge")
+    def _seeds(self, count: int) -> Ints:
+        return self.rng.integers(1, 2**63, count)
+
+    def _offer(self, order: Small, cost: int, note: str) -> None:
+        """Remember a tour that is better than all before."""
+        if cost < self.cost:
+            self.best, self.cost = order.copy(), cost
+            self._tell(note)
 
     def _tell(self, note: str) -> None:
-        if self.cost < self.told:
-            self.told = self.cost
-            self.report(Progress(self.clock.elapsed, self.cost, iteration=self.tried, note=note))
+        self.report(Progress(self.clock.elapsed, self.cost, iteration=self.tried, note=note))

@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tcp.heuristics.local_search.compiled import allocating, compiled
-from tcp.heuristics.local_search.ground import MATRIX, Ground, banned, price
+from tcp.heuristics.local_search.compiled import compiled
+from tcp.heuristics.local_search.ground import HOW, MATRIX, Ground, price
 from tcp.instance import TourForm
 from tcp.travel import CostRule, Ints, Kind
 
@@ -43,7 +43,7 @@ def scales(rule: CostRule) -> tuple[float, float, float]:
 def points(ground: Ground, nodes: Any) -> tuple[NDArray[np.float64], float]:
     """Scaled coordinates of nodes and the exponent of the norm that ranks them."""
     fx, fy, p = ground.scales
-    return np.column_stack([ground.x[nodes] * fx, ground.y[nodes] * fy]), p
+    return ground.xy[nodes] * (fx, fy), p
 
 
 def hilbert_order(form: TourForm) -> Ints:
@@ -57,7 +57,7 @@ def hilbert_order(form: TourForm) -> Ints:
     return np.argsort(keys, kind="stable")
 
 
-@allocating
+@compiled
 def _hilbert_keys(x: Any, y: Any, bits: int) -> Any:
     """Position of each cell on the curve (Skilling's rotations, two dimensions)."""
     keys = np.empty(x.size, np.int64)
@@ -100,18 +100,19 @@ def near_nodes(ground: Ground, real: int, width: int) -> tuple[NDArray[np.int32]
     dist : int64 array (n, width)
         Costs of these edges.
     """
-    n = ground.x.size
+    n = ground.size
     width = max(1, min(width, real - 1))
     near = np.repeat(np.arange(n, dtype=np.int32)[:, None], width, axis=1)
     dist = np.full((n, width), np.iinfo(np.int64).max // 4)
     if real < 2:
         return near, dist
-    most = int(np.diff(ground.ban_from).max(initial=0))
+    banned = ground.pairs[ground.pairs[:, 1] > 0, 0] // n
+    most = int(np.bincount(banned, minlength=1).max())
     look = min(real, LOOK * width + 1 + most)
-    if ground.form == MATRIX:
+    if ground.rule[HOW] == MATRIX:
         for v in range(real):
-            row = np.argpartition(ground.matrix[v], look - 1)[:look].astype(np.int32)
-            _pick(ground, v, row[None, :], near, dist, 0)
+            row = np.argpartition(ground.xy[v], look - 1)[:look].astype(np.int32)
+            _pick(*ground.costs, v, row[None, :], near, dist, 0)
         return near, dist
     from scipy.spatial import cKDTree
 
@@ -119,12 +120,15 @@ def near_nodes(ground: Ground, real: int, width: int) -> tuple[NDArray[np.int32]
     tree = cKDTree(where)
     for low in range(0, real, CHUNK):
         found = tree.query(where[low : low + CHUNK], look, p=p)[1]
-        _pick(ground, low, found.astype(np.int32), near, dist, width // 2 if width > 4 else 0)
+        balance = width // 2 if width > 4 else 0
+        _pick(*ground.costs, low, found.astype(np.int32), near, dist, balance)
     return near, dist
 
 
-@allocating
-def _pick(g: Any, low: int, found: Any, near: Any, dist: Any, balance: int) -> None:
+@compiled
+def _pick(
+    rule: Any, xy: Any, pairs: Any, low: int, found: Any, near: Any, dist: Any, balance: int
+) -> None:
     """Fill the lists of the nodes from ``low`` on out of what was found around them.
 
     The last ``balance`` places go to quadrants that have nobody yet, as far as possible.
@@ -136,19 +140,19 @@ def _pick(g: Any, low: int, found: Any, near: Any, dist: Any, balance: int) -> N
         row = found[i]
         size = 0
         for k in range(look):
-            if row[k] != v and not (g.penalty > 0 and banned(g.ban_from, g.ban, v, row[k])):
-                costs[size], row[size] = price(g, v, row[k]), row[k]
+            if row[k] != v:
+                costs[size], row[size] = price(rule, xy, pairs, v, row[k]), row[k]
                 size += 1
         _sort(costs, row, size)
         picked = min(size, width - balance)
         quadrants = 0
         for k in range(picked):
-            quadrants |= _quadrant(g, v, row[k])
+            quadrants |= _quadrant(xy, v, row[k])
         for wanted in range(2):  # first the empty quadrants, then simply the nearest
             for k in range(picked, size):
                 if picked == width:
                     break
-                side = _quadrant(g, v, row[k])
+                side = _quadrant(xy, v, row[k])
                 if wanted == 1 or not quadrants & side:
                     quadrants |= side
                     c, w = costs[k], row[k]
@@ -174,9 +178,9 @@ def _sort(costs: Any, nodes: Any, size: int) -> None:
 
 
 @compiled
-def _quadrant(g: Any, v: int, w: int) -> int:
+def _quadrant(xy: Any, v: int, w: int) -> int:
     """One bit for the quadrant of v in which w lies, turned so that axes belong to one each."""
-    dx, dy = g.x[w] - g.x[v], g.y[w] - g.y[v]
+    dx, dy = xy[w, 0] - xy[v, 0], xy[w, 1] - xy[v, 1]
     if dx > 0 and dy >= 0:
         return 1
     if dx <= 0 and dy > 0:

@@ -10,7 +10,7 @@ import numpy as np
 
 from tcp.errors import InfeasibleError
 from tcp.heuristics.local_search import starts
-from tcp.heuristics.local_search.anneal import Search
+from tcp.heuristics.local_search.anneal import FEW, RIPE, Search
 from tcp.heuristics.local_search.survey import survey
 from tcp.instance import Instance, TourForm
 from tcp.result import Outcome, Report, silent
@@ -127,6 +127,7 @@ def warm_up() -> None:
         search = Search(ground, order, rng, clock, silent)
         search.descend()
         search.kick(8, 1)
+        search.kick(FEW * RIPE * ground.size, 1)
 
 
 def respects(form: TourForm, tour: Sequence[int]) -> bool:

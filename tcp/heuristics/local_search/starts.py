@@ -5,9 +5,10 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from tcp.heuristics.local_search.compiled import allocating
-from tcp.heuristics.local_search.ground import MATRIX, Ground, Small, price
+from tcp.heuristics.local_search.compiled import compiled
+from tcp.heuristics.local_search.ground import HOW, MATRIX, Ground, Small, price
 from tcp.heuristics.local_search.neighbours import points
 from tcp.travel import Ints
 
@@ -15,43 +16,52 @@ FEW = 12
 """Loose ends looked at from each loose end when fragments are joined."""
 
 
-def greedy(g: Ground) -> Small:
+BLUR = 0.3
+"""Largest share by which random noise lengthens an edge."""
+
+
+def greedy(g: Ground, noise: np.random.Generator | None = None) -> Small:
     """The tour of greedy edges: shortest first, forced ones before all (Bentley 1992).
+
+    With ``noise``, costs are ranked after each has grown by up to :data:`BLUR`:
+    tours that differ, above all in where an open path ends.
 
     Candidate edges are taken in order of cost as long as they make no cycle
     and no branching; then the nearest loose ends of the fragments are joined
     the same way, round after round.  O(n log n).
     """
-    n = g.x.size
+    n = g.size
     links = np.full((n, 2), -1, np.int32)
     root = np.arange(n, dtype=np.int32)
     a, k = np.nonzero(g.mates >= 0)
     _link(links, root, a.astype(np.int64), g.mates[a, k].astype(np.int64))
     u = np.repeat(np.arange(n), g.near.shape[1])
-    v, cost = g.near.ravel().astype(np.int64), g.dist.ravel()
+    v, cost = g.near.ravel().astype(np.int64), g.dist.ravel().astype(np.float64)
+    if noise is not None:
+        cost *= noise.uniform(1, 1 + BLUR, cost.size)
     real = u < v
     real |= (g.near[v] != u[:, None]).all(axis=1) & (u != v)
     _link_by_cost(links, root, u[real], v[real], cost[real])
     while True:
         loose = _loose_ends(g, links)
         if loose.size <= 2:
-            return _walk(g, links)
+            return _walk(links)
         _link_by_cost(links, root, *_joints(g, loose, root))
 
 
 def curve(g: Ground) -> Small:
     """The nodes along the Hilbert curve (their numbering), forced edges put in."""
-    return with_forced(g, np.arange(g.x.size, dtype=np.int32))
+    return with_forced(g, np.arange(g.size, dtype=np.int32))
 
 
 def with_forced(g: Ground, order: Small) -> Small:
     """The order with every chain of forced edges made contiguous, where its first node stands."""
     if not (g.mates >= 0).any():
         return order.astype(np.int32)
-    return _with_forced(g, order.astype(np.int32))
+    return _with_forced(g.mates, order.astype(np.int32))
 
 
-def _link_by_cost(links: Small, root: Small, u: Ints, v: Ints, cost: Ints) -> None:
+def _link_by_cost(links: Small, root: Small, u: Ints, v: Ints, cost: NDArray[Any]) -> None:
     rank = np.argsort(cost, kind="stable")
     _link(links, root, u[rank], v[rank])
 
@@ -65,7 +75,7 @@ def _loose_ends(g: Ground, links: Small) -> Ints:
 def _joints(g: Ground, loose: Ints, root: Small) -> tuple[Ints, Ints, Ints]:
     """Edges between near loose ends of different fragments."""
     look = min(FEW, loose.size)
-    if g.form == MATRIX or loose.size <= 2 * FEW:
+    if g.rule[HOW] == MATRIX or loose.size <= 2 * FEW:
         found = np.tile(np.arange(loose.size), (loose.size, 1))
     else:
         from scipy.spatial import cKDTree
@@ -81,18 +91,18 @@ def _joints(g: Ground, loose: Ints, root: Small) -> tuple[Ints, Ints, Ints]:
         u, v = np.repeat(first, rest.size), np.tile(rest, first.size)
     else:
         u, v = u[apart], v[apart]
-    return u, v, _prices(g, u, v)
+    return u, v, _prices(*g.costs, u, v)
 
 
-@allocating
-def _prices(g: Any, u: Any, v: Any) -> Any:
+@compiled
+def _prices(rule: Any, xy: Any, pairs: Any, u: Any, v: Any) -> Any:
     costs = np.empty(u.size, np.int64)
     for k in range(u.size):
-        costs[k] = price(g, u[k], v[k])
+        costs[k] = price(rule, xy, pairs, u[k], v[k])
     return costs
 
 
-@allocating
+@compiled
 def _root(root: Any, v: int) -> int:
     while root[v] != v:
         root[v] = root[root[v]]
@@ -100,7 +110,7 @@ def _root(root: Any, v: int) -> int:
     return v
 
 
-@allocating
+@compiled
 def _roots(root: Any, nodes: Any) -> Any:
     found = np.empty(nodes.size, np.int64)
     for k in range(nodes.size):
@@ -108,7 +118,7 @@ def _roots(root: Any, nodes: Any) -> Any:
     return found
 
 
-@allocating
+@compiled
 def _link(links: Any, root: Any, u: Any, v: Any) -> None:
     """Link the pairs in turn unless a node has two links or a cycle would close."""
     for k in range(u.size):
@@ -123,8 +133,8 @@ def _link(links: Any, root: Any, u: Any, v: Any) -> None:
         links[b, 0 if links[b, 0] < 0 else 1] = a
 
 
-@allocating
-def _walk(g: Any, links: Any) -> Any:
+@compiled
+def _walk(links: Any) -> Any:
     """The order of nodes along the one path that is left (a lone virtual node comes last)."""
     n = links.shape[0]
     order = np.empty(n, np.int32)
@@ -151,8 +161,8 @@ def _walk(g: Any, links: Any) -> Any:
     return order
 
 
-@allocating
-def _with_forced(g: Any, order: Any) -> Any:
+@compiled
+def _with_forced(mates: Any, order: Any) -> Any:
     n = order.size
     out = np.empty(n, np.int32)
     done = np.zeros(n, np.bool_)
@@ -162,7 +172,7 @@ def _with_forced(g: Any, order: Any) -> Any:
             continue
         last, end = -1, v  # walk to one end of v's chain ...
         while True:
-            step = g.mates[end, 0] if g.mates[end, 0] != last else g.mates[end, 1]
+            step = mates[end, 0] if mates[end, 0] != last else mates[end, 1]
             if step < 0 or step == v:
                 break
             last, end = end, step
@@ -171,6 +181,6 @@ def _with_forced(g: Any, order: Any) -> Any:
             done[u] = True
             out[count] = u
             count += 1
-            step = g.mates[u, 0] if g.mates[u, 0] != last else g.mates[u, 1]
+            step = mates[u, 0] if mates[u, 0] != last else mates[u, 1]
             last, u = u, step
     return out

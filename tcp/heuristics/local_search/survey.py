@@ -4,8 +4,19 @@ from __future__ import annotations
 
 import numpy as np
 
-from tcp.heuristics.local_search.ground import GENERAL, MATRIX, MAX, SUM, Ground, Small
+from tcp.heuristics.local_search.ground import (
+    GENERAL,
+    HOW,
+    MATRIX,
+    MAX,
+    RULED,
+    SUM,
+    VIRTUAL,
+    Ground,
+    Small,
+)
 from tcp.heuristics.local_search.neighbours import hilbert_order, near_nodes, scales
+from tcp.heuristics.local_search.search import DEEPEST
 from tcp.instance import TourForm
 from tcp.kernels import pack
 from tcp.travel import Ints, Kind
@@ -21,36 +32,39 @@ def survey(form: TourForm, width: int = 10) -> Ground:
     label = np.append(order, np.arange(real, n))
     number = np.empty(n, np.int64)
     number[label] = np.arange(n)
-    matrix = np.zeros((1, 1), np.int64)
-    if form.matrix is not None:
-        matrix = np.ascontiguousarray(form.matrix[np.ix_(order, order)])
-    x, y = np.zeros(n, np.int64), np.zeros(n, np.int64)
-    x[:real], y[:real] = form.x[order], form.y[order]
-    factors = scales(form.rule) if form.matrix is None else (1.0, 1.0, 1.0)
-    kind = GENERAL if form.matrix is None else MATRIX
-    if form.rule.kind in (Kind.SUM, Kind.MAX) and form.rule.params[2] == 1:
-        kind = SUM if form.rule.kind is Kind.SUM else MAX
-        x, y = x * form.rule.params[0], y * form.rule.params[1]
-        factors = (1.0, 1.0, factors[2])
-    ban_from, ban = _partners(number, form.forbidden, n)
+    rule, xy, factors = _costs(form, order)
     bare = Ground(
-        x=x,
-        y=y,
-        form=kind,
-        rule=pack(form.rule),
-        matrix=matrix,
-        virtual=int(form.virtual),
-        penalty=_penalty(form),
+        rule=rule,
+        xy=xy,
+        pairs=_pairs(form, number),
         near=np.zeros((n, 0), np.int32),
         dist=np.zeros((n, 0), np.int64),
         mates=_mates(number, form.forced, n),
-        ban_from=ban_from,
-        ban=ban,
         label=label,
         scales=factors,
     )
     near, dist = near_nodes(bare, real, width)
+    dist[real:] = 0  # the virtual node's candidates vary
     return bare._replace(near=near, dist=dist)
+
+
+def _costs(form: TourForm, order: Ints) -> tuple[Ints, Ints, tuple[float, float, float]]:
+    """Rule and coordinates (or matrix) as :class:`Ground` has them, and the norm's scales."""
+    rule = np.zeros(RULED + 1, np.int64)
+    rule[VIRTUAL], rule[RULED] = form.virtual, bool(form.forced or form.forbidden)
+    if form.matrix is not None:
+        rule[HOW] = MATRIX
+        return rule, np.ascontiguousarray(form.matrix[np.ix_(order, order)]), (1.0, 1.0, 1.0)
+    packed, factors = pack(form.rule), scales(form.rule)
+    rule[: packed.size] = packed
+    rule[HOW] = GENERAL
+    xy = np.zeros((form.size, 2), np.int64)
+    xy[: form.real, 0], xy[: form.real, 1] = form.x[order], form.y[order]
+    if form.rule.kind in (Kind.SUM, Kind.MAX) and form.rule.params[2] == 1:
+        rule[HOW] = SUM if form.rule.kind is Kind.SUM else MAX
+        xy *= np.array(form.rule.params[:2], np.int64)
+        factors = (1.0, 1.0, factors[2])
+    return rule, xy, factors
 
 
 def _mates(number: Ints, forced: tuple[tuple[int, int], ...], n: int) -> Small:
@@ -61,23 +75,26 @@ def _mates(number: Ints, forced: tuple[tuple[int, int], ...], n: int) -> Small:
     return mates
 
 
-def _partners(number: Ints, pairs: tuple[tuple[int, int], ...], n: int) -> tuple[Ints, Small]:
-    if not pairs:
-        return np.zeros(n + 1, np.int64), np.zeros(0, np.int32)
-    both = number[np.array(pairs, np.int64)]
-    both = np.concatenate([both, both[:, ::-1]])
-    both = both[np.lexsort((both[:, 1], both[:, 0]))]
-    starts = np.searchsorted(both[:, 0], np.arange(n + 1))
-    return starts.astype(np.int64), both[:, 1].astype(np.int32)
+def _pairs(form: TourForm, number: Ints) -> Ints:
+    """The ruled pairs and what they cost extra, as :func:`ground.ruled` looks them up."""
+    n = form.size
+    rows = [np.array([[n, 0]], np.int64)]
+    worth = _worth(form) if form.forced or form.forbidden else 0
+    for edges, extra in ((form.forced, -worth), (form.forbidden, worth)):
+        if edges:
+            both = number[np.array(edges, np.int64)]
+            keys = np.concatenate([both @ [n, 1], both @ [1, n]])
+            rows.append(np.column_stack([keys, np.full(keys.size, extra)]))
+    table = np.concatenate(rows)
+    return table[np.append(0, 1 + np.argsort(table[1:, 0]))]
 
 
-def _penalty(form: TourForm) -> int:
-    """More than any edge costs, and small enough that sums stay whole in 63 bits."""
-    if not form.forbidden:
-        return 0
+def _worth(form: TourForm) -> int:
+    """More than any exchange of :data:`DEEPEST` edges can gain, in whole numbers of 63 bits."""
     if form.matrix is not None:
         peak = int(form.matrix.max())
     else:
         dx, dy = (np.array([v.max() - v.min()]) for v in (form.x, form.y))
         peak = int(form.rule.costs(dx, dy)[0])
-    return (2 if 3 * (peak + 1) * form.size < 2**62 else 1) * peak + 1
+    worth = (DEEPEST + 1) * (peak + 1)
+    return worth if (worth + peak) * form.size < 2**62 else peak + 1

@@ -1,0 +1,384 @@
+"""Edge assembly: a child of two tours that takes from the second what it does better.
+
+The edges that only one of two tours A and B has form cycles that take an edge
+of A and one of B in turn (AB-cycles; Nagata and Kobayashi 2013).  Exchanging
+along one of them turns A into a tour or into several, which are joined by the
+best exchanges of two edges, smallest first.  That is the local form of EAX
+("single": one cycle a child).  Of the children that are shorter than A the one
+is kept that loses least of the population's diversity for what it gains
+(entropy; equation 6 there).  O(n) for the cycles of a pair, and for a child of
+k exchanges O(k log k) and the size of the tours that have to be joined.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from tcp.heuristics.local_search.compiled import compiled
+from tcp.heuristics.local_search.ground import price
+from tcp.heuristics.local_search.kicks import draw
+
+KNOWN = 10
+"""Most different neighbours of a node that are counted in a population."""
+
+
+@compiled
+def mate(
+    rule: Any,
+    xy: Any,
+    pairs: Any,
+    near: Any,
+    order: Any,
+    pos: Any,
+    other: Any,
+    other_pos: Any,
+    child: Any,
+    counts: Any,
+    members: int,
+    random: Any,
+) -> int:
+    """Write the best child of ``order`` with ``other`` to ``child``; returns its gain.
+
+    ``counts`` is what :func:`census` says of a population of ``members`` tours.
+    """
+    n = order.size
+    child[:] = order
+    nodes, starts = ab_cycles(order, pos, other, other_pos, random)
+    count = starts.size - 1
+    if count == 0:
+        return np.int64(0)
+    link = np.empty((n, 2), np.int32)
+    for p in range(n):
+        link[order[p], 0] = order[p - 1 if p else n - 1]
+        link[order[p], 1] = order[p + 1 if p + 1 < n else 0]
+    most = np.int64(0)
+    for c in range(count):
+        most = max(most, starts[c + 1] - starts[c])
+    parts = np.empty((3, most), np.int64)
+    room = np.empty((3 * most, 3), np.int32)
+    chosen, size = np.empty((0, 3), np.int32), 0
+    best, best_value = np.int64(0), 0.0
+    for c in range(count):
+        cycle = nodes[starts[c] : starts[c + 1]]
+        gain, used = assemble(rule, xy, pairs, near, order, pos, link, cycle, parts, room)
+        lost = restore(order, pos, link, room, used, counts, members)
+        if gain > 0 and gain / max(lost, 1e-6) > best_value:
+            best, best_value = gain, gain / max(lost, 1e-6)
+            chosen, size = room[:used].copy(), used
+    if best > 0:
+        for i in range(size):
+            link[chosen[i, 0], 0], link[chosen[i, 0], 1] = chosen[i, 1], chosen[i, 2]
+        last, v = link[0, 0], np.int32(0)
+        for p in range(n):
+            child[p] = v
+            last, v = v, (link[v, 0] if link[v, 0] != last else link[v, 1])
+    return best
+
+
+@compiled
+def ab_cycles(order: Any, pos: Any, other: Any, other_pos: Any, random: Any) -> Any:
+    """All AB-cycles, at random where there is a choice: their nodes, and where each starts.
+
+    Within a cycle the edges node 0 - node 1, node 2 - node 3 ... belong to
+    ``order`` alone, the ones between to ``other`` alone.
+    """
+    n = order.size
+    links = np.full((2, n, 2), -1, np.int32)  # edges that only one of them has
+    todo, count = np.empty(n, np.int32), 0
+    for tour in range(2):
+        here, there = (other, pos) if tour else (order, other_pos)
+        u = here[n - 1]
+        for v in here:
+            apart = abs(np.int64(there[u]) - there[v])
+            if 1 < apart < n - 1:
+                links[tour, u, 0 if links[tour, u, 0] < 0 else 1] = v
+                links[tour, v, 0 if links[tour, v, 0] < 0 else 1] = u
+                if not tour:
+                    todo[count] = v
+                    count += 1
+            u = v
+    nodes, used = np.empty(2 * count, np.int32), 0
+    starts, found = np.zeros(count + 1, np.int64), 0
+    path = np.empty(2 * count + 2, np.int32)
+    at = np.full((n, 2), -1, np.int32)  # where the path left a node along each tour
+    for i in range(count):
+        j = i + draw(random, count - i)
+        todo[i], todo[j] = todo[j], todo[i]
+        size, v = 0, todo[i]
+        while size > 0 or links[0, v, 0] >= 0 or links[0, v, 1] >= 0:
+            first = at[v, size % 2]
+            if first < 0:
+                at[v, size % 2] = size
+                path[size] = v
+                v = walk(links, size % 2, v, random)
+                size += 1
+                continue
+            for k in range(first, size):  # the path's end is a cycle
+                nodes[used + k - first] = path[k]
+                at[path[k], k % 2] = -1
+            if first % 2:  # it must start with an edge of ``order``
+                for k in range(used, used + size - first - 1):
+                    nodes[k] = nodes[k + 1]
+                nodes[used + size - first - 1] = path[first]
+            used += size - first
+            found += 1
+            starts[found] = used
+            size = first
+    return nodes, starts[: found + 1]
+
+
+@compiled
+def walk(links: Any, tour: int, u: int, random: Any) -> int:
+    """Go along one of the tour's edges at u that are left, and strike it off."""
+    k = 1 if links[tour, u, 0] < 0 else 0
+    if k == 0 and links[tour, u, 1] >= 0:
+        k = draw(random, 2)
+    v = links[tour, u, k]
+    links[tour, u, k] = -1
+    links[tour, v, 0 if links[tour, v, 0] == u else 1] = -1
+    return v
+
+
+@compiled
+def relink(link: Any, u: int, old: int, new: int) -> None:
+    """Let u's edge to ``old`` lead to ``new``."""
+    link[u, 0 if link[u, 0] == old else 1] = new
+
+
+@compiled
+def assemble(
+    rule: Any,
+    xy: Any,
+    pairs: Any,
+    near: Any,
+    order: Any,
+    pos: Any,
+    link: Any,
+    cycle: Any,
+    parts: Any,
+    room: Any,
+) -> tuple[int, int]:
+    """Exchange along ``cycle`` in ``link`` and join what falls apart.
+
+    Returns the gain and how many entries of ``room`` name a node whose edges
+    may have changed.
+    """
+    n, k = order.size, cycle.size // 2
+    cuts, part, size = parts[0, :k], parts[1, :k], parts[2, :k]
+    gain = np.int64(0)
+    for i in range(2 * k):
+        u, v = cycle[i], cycle[i + 1 if i + 1 < 2 * k else 0]
+        room[i, 0] = u
+        c = price(rule, xy, pairs, u, v)
+        gain += -c if i % 2 else c
+        if i % 2 == 0:
+            p, q = np.int64(pos[u]), np.int64(pos[v])
+            cuts[i // 2] = p if q == (p + 1 if p + 1 < n else 0) else q
+            relink(link, u, v, -1)
+            relink(link, v, u, -1)
+    for i in range(1, 2 * k, 2):
+        u, v = cycle[i], cycle[i + 1 if i + 1 < 2 * k else 0]
+        relink(link, u, -1, v)
+        relink(link, v, -1, u)
+    sort(cuts)
+    used = 2 * k
+    apart = trace(order, pos, link, cuts, part, size)
+    while apart > 1:
+        small = size[:k].argmin()
+        joined, into = join(rule, xy, pairs, near, order, pos, link, cuts, part, small, room, used)
+        if into < 0:
+            return np.int64(-1), used
+        gain += joined
+        used += 4
+        for i in range(k):
+            if part[i] == small:
+                part[i] = into
+        size[into] += size[small]
+        size[small] = n + 1
+        apart -= 1
+    return gain, used
+
+
+@compiled
+def sort(values: Any) -> None:
+    """Sort a few numbers (Shell 1959); numpy's sort takes seconds to compile."""
+    gap = values.size // 2
+    while gap > 0:
+        for i in range(gap, values.size):
+            v, j = values[i], i
+            while j >= gap and values[j - gap] > v:
+                values[j] = values[j - gap]
+                j -= gap
+            values[j] = v
+        gap //= 2
+
+
+@compiled
+def stretch(cuts: Any, p: int) -> int:
+    """Number of the stretch that holds place p; stretch i ends at ``cuts[i]``."""
+    low, high = 0, cuts.size
+    while low < high:
+        middle = (low + high) // 2
+        if cuts[middle] < p:
+            low = middle + 1
+        else:
+            high = middle
+    return low if low < cuts.size else 0
+
+
+@compiled
+def trace(order: Any, pos: Any, link: Any, cuts: Any, part: Any, size: Any) -> int:
+    """Tell which of the closed tours in ``link`` holds each stretch, and their sizes.
+
+    Returns how many there are; the other sizes are more than n.
+    """
+    n, k = order.size, cuts.size
+    part[:] = -1
+    size[:] = n + 1
+    found = 0
+    for i in range(k):
+        if part[i] >= 0:
+            continue
+        s, total = i, 0
+        low = cuts[s - 1] + 1 if s else cuts[k - 1] + 1 - n
+        v = order[low if low >= 0 else low + n]  # the node by which we come into a stretch ...
+        last = np.int32(-1)  # ... and the one we come from
+        while part[s] < 0:
+            part[s] = found
+            low = cuts[s - 1] + 1 if s else cuts[k - 1] + 1 - n
+            total += cuts[s] - low + 1
+            first = order[low if low >= 0 else low + n]
+            if low == cuts[s]:
+                end, inner = v, (last if last >= 0 else link[v, 1])
+            elif v == first:
+                end, inner = order[cuts[s]], order[cuts[s] - 1 if cuts[s] else n - 1]
+            else:
+                end, inner = first, order[low + 1 if low + 1 >= 0 else low + 1 + n]
+            v = link[end, 0] if link[end, 0] != inner else link[end, 1]
+            last = end
+            s = stretch(cuts, pos[v])
+        size[found] = total
+        found += 1
+    return found
+
+
+@compiled
+def join(
+    rule: Any,
+    xy: Any,
+    pairs: Any,
+    near: Any,
+    order: Any,
+    pos: Any,
+    link: Any,
+    cuts: Any,
+    part: Any,
+    small: int,
+    room: Any,
+    used: int,
+) -> tuple[int, int]:
+    """Join the closed tour ``small`` to another by the best exchange of two edges.
+
+    Returns the gain and the other one's number, -1 if no candidate lies outside.
+    """
+    s = 0
+    while part[s] != small:
+        s += 1
+    start = order[cuts[s]]
+    v, last = start, link[start, 0]
+    best, into = np.int64(-1) << 60, np.int64(-1)
+    while True:
+        for j in range(near.shape[1]):
+            w = near[v, j]
+            home = part[stretch(cuts, pos[w])]
+            if home == small:
+                continue
+            across = price(rule, xy, pairs, v, w)
+            for a in range(2):
+                v2 = link[v, a]
+                rest = price(rule, xy, pairs, v, v2) - across
+                for b in range(2):
+                    w2 = link[w, b]
+                    gain = rest + price(rule, xy, pairs, w, w2) - price(rule, xy, pairs, v2, w2)
+                    if gain > best:
+                        best, into = gain, home
+                        room[used, 0], room[used + 1, 0] = v, v2
+                        room[used + 2, 0], room[used + 3, 0] = w, w2
+        last, v = v, (link[v, 0] if link[v, 0] != last else link[v, 1])
+        if v == start:
+            break
+    if into >= 0:
+        v, v2, w, w2 = room[used, 0], room[used + 1, 0], room[used + 2, 0], room[used + 3, 0]
+        relink(link, v, v2, w)
+        relink(link, v2, v, w2)
+        relink(link, w, w2, v)
+        relink(link, w2, w, v2)
+    return best, into
+
+
+@compiled
+def restore(
+    order: Any, pos: Any, link: Any, room: Any, used: int, counts: Any, members: int
+) -> float:
+    """Note the new edges in ``room`` and put the old ones back into ``link``.
+
+    Returns the entropy that the population loses if the new tour takes the old one's place.
+    """
+    n = order.size
+    for i in range(used):
+        room[i, 1], room[i, 2] = link[room[i, 0], 0], link[room[i, 0], 1]
+    lost = 0.0
+    for i in range(used):
+        u = room[i, 0]
+        p = pos[u]
+        a, b = order[p - 1 if p else n - 1], order[p + 1 if p + 1 < n else 0]
+        for k in range(2):
+            old, new = (b if k else a), link[u, k]
+            if old not in (link[u, 0], link[u, 1]):
+                c = count_of(counts, u, old)
+                lost += share(c - 1, members) - share(c, members)
+            if new not in (a, b):
+                c = count_of(counts, u, new)
+                lost += share(c + 1, members) - share(c, members)
+        link[u, 0], link[u, 1] = a, b
+    return lost / 2
+
+
+@compiled
+def share(count: int, members: int) -> float:
+    """An edge's part of the entropy, negative: f log f with f the share of tours that have it."""
+    f = count / members
+    return f * math.log(f) if count > 0 else 0.0
+
+
+@compiled
+def count_of(counts: Any, u: int, v: int) -> int:
+    """How many tours have the edge u-v."""
+    for j in range(counts.shape[1]):
+        if counts[u, j, 0] == v:
+            return np.int64(counts[u, j, 1])
+    return np.int64(0)
+
+
+@compiled
+def census(orders: Any) -> Any:
+    """Which neighbours a node has in the tours, and in how many: (neighbour, number) lists."""
+    members, n = orders.shape
+    counts = np.zeros((n, KNOWN, 2), np.int32)
+    counts[:, :, 0] = -1
+    for m in range(members):
+        u = orders[m, n - 1]
+        for v in orders[m]:
+            for k in range(2):
+                a, b = (v, u) if k else (u, v)
+                j = 0
+                while j < KNOWN and counts[a, j, 0] >= 0 and counts[a, j, 0] != b:
+                    j += 1
+                if j < KNOWN:
+                    counts[a, j, 0] = b
+                    counts[a, j, 1] += 1
+            u = v
+    return counts

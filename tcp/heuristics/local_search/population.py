@@ -1,0 +1,87 @@
+"""Tours that breed until none of them has a better child."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from concurrent.futures import Executor
+
+import numpy as np
+
+from tcp.heuristics.local_search.crossover import census, mate
+from tcp.heuristics.local_search.ground import Ground, Small
+from tcp.stop import Clock
+
+STALE = 3
+"""Generations without a better child after which a population has nothing more to give."""
+
+
+class Population:
+    """Tours over one ground, with their costs; a generation replaces them by their children."""
+
+    def __init__(self, ground: Ground, tours: Sequence[tuple[Small, int]]):
+        self.ground = ground
+        self.orders = np.array([order for order, _ in tours])
+        self.costs = [cost for _, cost in tours]
+        self._places = np.empty_like(self.orders)
+        for order, pos in zip(self.orders, self._places, strict=True):
+            pos[order] = np.arange(order.size, dtype=np.int32)
+        self._spare = np.empty_like(self.orders), np.empty_like(self.orders)
+
+    @property
+    def best(self) -> tuple[Small, int]:
+        """The shortest tour and its cost."""
+        m = int(np.argmin(self.costs))
+        return self.orders[m], self.costs[m]
+
+    def breed(
+        self,
+        rng: np.random.Generator,
+        pool: Executor,
+        clock: Clock,
+        news: Callable[[Small, int], None],
+    ) -> None:
+        """Breed generations until the clock says stop or nothing comes of it any more.
+
+        In each, all tours stand in a ring in random order; every one is
+        crossed with the next and replaced by the best child, if that is
+        better.  ``news`` receives each generation's best tour and cost.
+        """
+        members, stale = len(self.costs), 0
+        while stale < STALE and clock.reason(self.best[1]) is None:
+            counts = census(self.orders)
+            ring = rng.permutation(members)
+            seeds = rng.integers(1, 2**63, members, dtype=np.uint64)
+
+            def cross(a: int, b: int, seed: int, counts: Small = counts) -> int:
+                return self._cross(a, b, seed, counts, clock)
+
+            gains = list(pool.map(cross, ring, np.roll(ring, -1), seeds))
+            for a, gain in zip(ring, gains, strict=True):
+                self.costs[a] -= gain
+            children = self._spare
+            self._spare = self.orders, self._places
+            self.orders, self._places = children
+            stale = 0 if any(gains) else stale + 1
+            news(*self.best)
+
+    def _cross(self, a: int, b: int, seed: int, counts: Small, clock: Clock) -> int:
+        """Write the best child of a with b, near a; returns its gain."""
+        child, places = self._spare[0][a], self._spare[1][a]
+        child[:], places[:] = self.orders[a], self._places[a]
+        if clock.interrupted or clock.remaining == 0:
+            return 0
+        gain = mate(
+            *self.ground.costs,
+            self.ground.near,
+            self.orders[a],
+            self._places[a],
+            self.orders[b],
+            self._places[b],
+            child,
+            counts,
+            len(self.costs),
+            np.array([seed], np.uint64),
+        )
+        if gain:
+            places[child] = np.arange(child.size, dtype=np.int32)
+        return int(gain)
