@@ -1,12 +1,20 @@
-"""Proved optima of published instances, each with a checked certificate: docs/proofs.md.
+"""Proved optima, each with a checked certificate: the papers, published instances, real boards.
 
-    python benchmarks/proofs.py [NAME ...] [--limit 60] [--most 700] [--metric closed ...]
+    python benchmarks/proofs.py [--section NAME ...] [--only TEXT] [--limit S] [--jobs 1|2]
+    python benchmarks/proofs.py --list       # what would run, and for how long at most
     python benchmarks/proofs.py --table      # only write docs/proofs.md from the results so far
 
-Every proof is written to a file, verified by the independent checker, and only
-then counted.  Results are kept in benchmarks/results/proofs.json, one record
-an instance and metric; a new run replaces the records of what it runs.  The
-instances are found in TCP_CORPUS, or in ../shared/corpus beside the project.
+Sections: ``papers`` (WP1 to WP3 in both cases, against CP-SAT's best setting on WP3), ``closed``
+(tours, Euclidean distances rounded as TSPLIB does, optima published), ``open`` (paths in three
+travel models), ``boards`` (every tool of every board, simultaneous axes).  Limits are those that
+the project set itself: 60 s up to 500 holes, 3 min up to 700, 15 min up to 1,000, 60 min up to
+1,400, 10 min beyond; boards 3 min up to 1,000 holes, 15 min beyond; ``--limit`` caps them all.
+
+Every proof runs in a process of its own, which tells its peak memory; its certificate is written to
+a file and verified by the independent checker before it counts.  One line of JSON a proof is
+appended to benchmarks/results/proofs.jsonl.  A run that was interrupted goes on where it stopped; a
+proof that is open is tried again only with a longer limit.  With ``--jobs 2`` two proofs run side
+by side.  The corpus is in TCP_CORPUS, or in ../shared/corpus beside the project.
 """
 
 from __future__ import annotations
@@ -15,28 +23,28 @@ import argparse
 import csv
 import json
 import os
+import resource
+import statistics
+import subprocess
+import sys
 import tempfile
 import time
+from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import asdict, dataclass
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
-from tcp import Ends, Instance, Model, Stop, Travel, solve
-from tcp.files import read
-from tcp.result import Proof
-from tcp.validate import certificate as checker
+import proofs_page
 
 ROOT = Path(__file__).resolve().parents[1]
 CORPUS = Path(os.environ.get("TCP_CORPUS", ROOT.parent / "shared" / "corpus"))
-RESULTS = ROOT / "benchmarks" / "results" / "proofs.json"
+RESULTS = ROOT / "benchmarks" / "results" / "proofs.jsonl"
 PAGE = ROOT / "docs" / "proofs.md"
-ROUNDED = Travel(Model.EUCLIDEAN, quantum=Fraction(1))
-METRICS = {
-    "closed": (ROUNDED, Ends(closed=True)),
-    "manhattan": (Travel(Model.SEQUENTIAL), Ends()),
-    "chebyshev": (Travel(Model.SIMULTANEOUS), Ends()),
-    "euclidean": (ROUNDED, Ends()),
-}
+SECTIONS = ("papers", "closed", "open", "boards")
+REPEATS = 7
+PAPERS = {"wp1": 9, "wp2": 14, "wp3": 49}
 VLSI = {
     "xqf131": 564,
     "pma343": 1368,
@@ -49,6 +57,26 @@ VLSI = {
 }
 """Published closed-tour optima of the VLSI instances."""
 
+Record = dict[str, Any]
+
+
+@dataclass(frozen=True)
+class Job:
+    """One proof: ``name`` of an instance or board, ``metric`` or tool, seconds at most."""
+
+    section: str
+    name: str
+    metric: str
+    holes: int
+    limit: float
+
+    @property
+    def key(self) -> tuple[str, str, str]:
+        return self.section, self.name, self.metric
+
+
+# --- what there is to prove -------------------------------------------------------------
+
 
 def published() -> dict[str, dict[str, str]]:
     """What others have published about the closed tours, by instance."""
@@ -59,127 +87,238 @@ def published() -> dict[str, dict[str, str]]:
     return known
 
 
-def prove(path: Path, metric: str, limit: float) -> dict[str, Any]:
-    """One proof: solved, written, checked."""
-    travel, ends = METRICS[metric]
-    instance = Instance(read(path).workpiece, travel, ends)
+def allowed(holes: int, board: bool = False) -> float:
+    """The limit in seconds that the project set itself."""
+    if board:
+        return 180.0 if holes <= 1_000 else 900.0
+    steps = ((500, 60.0), (700, 180.0), (1_000, 900.0), (1_400, 3600.0))
+    return next((limit for most, limit in steps if holes <= most), 600.0)
+
+
+def jobs() -> Iterator[Job]:
+    """Everything, in the order of the sections."""
+    for name in ("wp1", "wp2", "wp3"):
+        for metric in ("manhattan", "chebyshev"):
+            yield Job("papers", name, metric, PAPERS[name], 60.0)
+    sizes = {name: int(row["n"]) for name, row in published().items()}
+    for section, metrics in (
+        ("closed", ("closed",)),
+        ("open", ("manhattan", "chebyshev", "euclidean")),
+    ):
+        for name in sorted(sizes, key=lambda n: (sizes[n], n)):
+            for metric in metrics:
+                yield Job(section, name, metric, sizes[name], allowed(sizes[name]))
+    yield from sorted(tools(), key=lambda job: (job.holes, job.name, job.metric))
+
+
+def tools() -> Iterator[Job]:
+    """Every tool with two holes or more of every board that can be read."""
+    import numpy as np
+
+    from tcp.errors import InputError
+    from tcp.files.excellon import expanded
+
+    for path in sorted((CORPUS / "boards").iterdir()):
+        try:
+            program = board(path)
+        except InputError:
+            continue
+        numbers, counts = np.unique(expanded(program)[0], return_counts=True)
+        for tool, count in zip(numbers.tolist(), counts.tolist(), strict=True):
+            if count >= 2:
+                yield Job("boards", path.name, f"T{tool}", count, allowed(count, board=True))
+
+
+def board(path: Path) -> Any:
+    """A board's program, read with the hints that the tests give."""
+    import tomllib
+
+    from tcp.files.excellon import hints, read_program
+
+    known = tomllib.loads((ROOT / "tests" / "files" / "board_hints.toml").read_text())
+    return read_program(path, hints(**known.get(path.name, {})))
+
+
+def instance_of(job: Job) -> Any:
+    """The instance that a job is about."""
+    from tcp import Ends, Instance, Model, Travel
+    from tcp.files import read
+    from tcp.files.excellon import workpiece
+
+    rounded = Travel(Model.EUCLIDEAN, quantum=Fraction(1))
+    metrics = {
+        "closed": (rounded, Ends(closed=True)),
+        "manhattan": (Travel(Model.SEQUENTIAL), Ends()),
+        "chebyshev": (Travel(Model.SIMULTANEOUS), Ends()),
+        "euclidean": (rounded, Ends()),
+    }
+    if job.section == "boards":
+        piece = workpiece(board(CORPUS / "boards" / job.name), int(job.metric[1:]))
+        return Instance(piece, Travel(Model.SIMULTANEOUS))
+    if job.section == "papers":
+        path = ROOT / "data" / f"{job.name}.csv"
+    else:
+        path = next(CORPUS.glob(f"*/{job.name}.tsp"))
+    return Instance(read(path).workpiece, *metrics[job.metric])
+
+
+# --- one proof, in the process that runs it ---------------------------------------------
+
+
+def prove(job: Job) -> Record:
+    """Solved, written, checked; and once more for the papers, whose times are medians."""
+    from tcp import Stop, solve
+    from tcp.result import Proof
+    from tcp.solve import versions
+    from tcp.validate import certificate as checker
+
+    instance = instance_of(job)
     with tempfile.TemporaryDirectory() as folder:
         proof = Path(folder) / "proof.cert.json.gz"
-        wall, cpu = time.perf_counter(), time.process_time()
-        result = solve(
-            instance, "branch-and-cut", stop=Stop(time=limit), exact=True, certificate=proof
-        )
-        wall, cpu = time.perf_counter() - wall, time.process_time() - cpu
-        size = proof.stat().st_size
-        check = time.process_time()
+
+        def run() -> tuple[Any, float, float]:
+            wall, cpu = time.perf_counter(), time.process_time()
+            stop = Stop(time=job.limit)
+            result = solve(instance, "branch-and-cut", stop=stop, exact=True, certificate=proof)
+            return result, time.perf_counter() - wall, time.process_time() - cpu
+
+        result, wall, cpu = run()
+        first, extra = wall, Record()
+        size, check = proof.stat().st_size, time.process_time()
         verdict = checker.check(checker.unzip(proof), None, instance.sha256)
         check = time.process_time() - check
-    assert verdict.lower == result.bound
+        if job.section == "papers":
+            _, walls, cpus = zip(*(run() for _ in range(REPEATS)), strict=True)
+            wall, cpu = statistics.median(walls), statistics.median(cpus)
+            extra = {"first_seconds": round(first, 3), "repeats": REPEATS}
+            if job.name == "wp3":
+                extra["cp_sat"] = cp_sat(instance)
+    assert verdict.lower is not None and verdict.lower <= result.bound
     assert verdict.upper == result.cost
     return {
-        "instance": path.stem,
-        "holes": len(instance),
-        "metric": metric,
+        **asdict(job),
         "cost": result.cost,
-        "bound": result.bound,
+        "bound": verdict.lower,
         "quantum": str(instance.quantum),
         "granularity": instance.granularity,
-        "optimal": result.cost == result.bound,
-        "certified": result.proof is Proof.CERTIFIED,
+        "optimal": result.cost == result.bound and result.proof is Proof.CERTIFIED,
         "nodes": result.details["nodes"],
-        "seconds": round(wall, 2),
-        "cpu_seconds": round(cpu, 2),
-        "check_seconds": round(check, 2),
+        "seconds": round(wall, 3),
+        "cpu_seconds": round(cpu, 3),
+        "check_seconds": round(check, 3),
         "certificate_bytes": size,
-        "limit": limit,
-        "versions": dict(result.versions),
+        "memory_mib": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss // 1024,
+        "versions": dict(versions(("highspy", "ortools"))),
+        **extra,
     }
 
 
-def outcome(record: dict[str, Any] | None) -> str:
-    """A cell of the open-path table."""
-    if record is None:
-        return "–"
-    if record["optimal"]:
-        return f"{record['cost']} ({record['cpu_seconds']:g} s, {record['nodes']})"
-    gap = 100 * (record["cost"] - record["bound"]) / record["cost"]
-    return f"{record['bound']} … {record['cost']} ({gap:.2g} % at {record['limit']:g} s)"
+def cp_sat(instance: Any) -> dict[str, float]:
+    """Median seconds to CP-SAT's proof by setting, the slow ones once; inf where 20 s are short."""
+    from tcp import Stop, solve
+
+    found = {}
+    for workers in (1, 2):
+        for level in (1, 2):
+            seconds: list[float] = []
+            while len(seconds) < REPEATS and (not seconds or seconds[0] < 3):
+                started = time.perf_counter()
+                options = {"workers": workers, "linearization": level}
+                result = solve(instance, "cp-sat", stop=Stop(time=20), exact=True, **options)
+                taken = time.perf_counter() - started
+                seconds.append(taken if result.bound == result.cost else float("inf"))
+            median = statistics.median(seconds)
+            if median < float("inf"):
+                found[f"{workers} workers, linearization {level}"] = round(median, 4)
+    return found
 
 
-def page(records: dict[str, dict[str, Any]]) -> str:
-    """The whole of docs/proofs.md."""
-    known = published()
-    lines = [
-        "# Proved optima",
-        "",
-        "Written by `benchmarks/proofs.py`. Each line is a certificate that the independent",
-        "checker (`tcp check`) verified in the same run. Seconds are CPU seconds of one thread on",
-        "a two-core machine, from the holes to the checked certificate, start route included;",
-        "limits are wall-clock seconds. One run each.",
-        "",
-        "## Closed tours, Euclidean distances rounded as TSPLIB does",
-        "",
-        "Concorde's seconds and nodes are those published in 1999, on a machine of that time.",
-        "",
-        "| instance | published optimum | proved here | seconds | nodes | check | certificate "
-        "| Concorde's seconds | nodes |",
-        "|---|---:|---:|---:|---:|---:|---:|---:|---:|",
-    ]
-    names = sorted({r["instance"] for r in records.values()}, key=lambda n: (_size(records, n), n))
-    for name in names:
-        r, other = records.get(f"{name} closed"), known.get(name, {})
-        if r is None:
-            continue
-        proved = str(r["cost"]) if r["optimal"] else outcome(r)
-        lines.append(
-            f"| {name} | {other.get('optimum', '')} | {proved} | {r['cpu_seconds']:g} "
-            f"| {r['nodes']} | {r['check_seconds']:g} s | {r['certificate_bytes'] / 1000:.3g} kB "
-            f"| {other.get('concorde99_s') or '–'} | {other.get('concorde99_bbnodes') or '–'} |"
-        )
-    lines += [
-        "",
-        "## Open paths, free ends",
-        "",
-        "The shortest drilling order itself, for both axes one after the other (Manhattan), both",
-        "at once (Chebyshev) and the Euclidean distance rounded to whole units. Published nowhere",
-        "else to our knowledge. In brackets: CPU seconds and nodes of the tree. Costs are in",
-        "quanta of the travel model (the file's unit, or its last decimal place).",
-        "",
-        "| instance | Manhattan | Chebyshev | Euclidean |",
-        "|---|---:|---:|---:|",
-    ]
-    for name in names:
-        cells = [records.get(f"{name} {m}") for m in ("manhattan", "chebyshev", "euclidean")]
-        if any(cells):
-            lines.append(f"| {name} | " + " | ".join(outcome(c) for c in cells) + " |")
-    return "\n".join([*lines, ""])
+# --- all proofs, each in a process of its own -------------------------------------------
 
 
-def _size(records: dict[str, dict[str, Any]], name: str) -> int:
-    return max(int(r["holes"]) for r in records.values() if r["instance"] == name)
+def spawn(job: Job) -> Record:
+    """Run a job in its own process; a failure is a record too, and no proof."""
+    command = [sys.executable, __file__, "--job", json.dumps(asdict(job))]
+    patience = 2 * job.limit + 300
+    try:
+        done = subprocess.run(command, capture_output=True, text=True, timeout=patience)
+        if done.returncode == 0:
+            return dict(json.loads(done.stdout.splitlines()[-1]))
+        error = (done.stderr.strip().splitlines() or ["no message"])[-1]
+        error = f"exit {done.returncode}: {error}"
+    except subprocess.TimeoutExpired:
+        error = f"killed after {patience:g} s"
+    return {**asdict(job), "optimal": False, "error": error}
+
+
+def settled(record: Record | None, job: Job) -> bool:
+    """Whether a job need not run again: proved, or tried for as long."""
+    if record is None or "error" in record or "memory_mib" not in record:
+        return False
+    return bool(record["optimal"]) or record["limit"] >= job.limit
+
+
+def load() -> dict[tuple[str, str, str], Record]:
+    """The last record of every job."""
+    lines = RESULTS.read_text().splitlines() if RESULTS.exists() else []
+    records = [json.loads(line) for line in lines]
+    return {(r["section"], r["name"], r["metric"]): r for r in records}
+
+
+def run(chosen: list[Job], side_by_side: int) -> None:
+    """Run what is not settled; every result is on disk before the next job begins."""
+    known = load()
+    todo = [job for job in chosen if not settled(known.get(job.key), job)]
+    print(f"{len(chosen)} proofs, {len(todo)} to run", flush=True)
+    for metric in ("manhattan", "chebyshev", "euclidean") if todo else ():
+        spawn(Job("open", "lin318", metric, 318, 5.0))  # compiled code is then on disk
+    RESULTS.parent.mkdir(exist_ok=True)
+
+    def one(job: Job) -> None:
+        record = spawn(job)
+        with RESULTS.open("a") as stream:
+            stream.write(json.dumps(record) + "\n")
+        print(*job.key, proofs_page.outcome(record), flush=True)
+
+    with ThreadPoolExecutor(side_by_side) as pool:
+        try:
+            list(pool.map(one, todo))
+        except KeyboardInterrupt:
+            pool.shutdown(cancel_futures=True)
+            raise
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("names", nargs="*", help="instances; default: all up to --most nodes")
-    parser.add_argument("--limit", type=float, default=60.0, help="wall seconds an instance")
-    parser.add_argument("--most", type=int, default=700)
-    parser.add_argument("--metric", action="append", choices=METRICS, help="default: all four")
-    parser.add_argument("--table", action="store_true", help="run nothing")
-    arguments = parser.parse_args()
-    records = json.loads(RESULTS.read_text()) if RESULTS.exists() else {}
-    sizes = {name: int(row["n"]) for name, row in published().items()}
-    chosen = arguments.names or [n for n in sizes if sizes[n] <= arguments.most]
-    for name in [] if arguments.table else sorted(chosen, key=lambda n: sizes[n]):
-        path = next(CORPUS.glob(f"*/{name}.tsp"))
-        for metric in arguments.metric or METRICS:
-            record = prove(path, metric, arguments.limit)
-            print(name, metric, outcome(record), flush=True)
-            records = json.loads(RESULTS.read_text()) if RESULTS.exists() else {}
-            records[f"{name} {metric}"] = record
-            RESULTS.parent.mkdir(exist_ok=True)
-            RESULTS.write_text(json.dumps(records, indent=1, sort_keys=True) + "\n")
-    PAGE.write_text(page(records))
+    parser.add_argument("--section", action="append", choices=SECTIONS, help="default: all")
+    parser.add_argument("--only", default="", help="only names or metrics with this text")
+    parser.add_argument("--most", type=int, default=10_000, help="most holes")
+    parser.add_argument("--limit", type=float, default=float("inf"), help="cap on every limit")
+    parser.add_argument("--jobs", type=int, default=1, choices=(1, 2), help="proofs at a time")
+    parser.add_argument("--list", action="store_true", help="run nothing, show what would run")
+    parser.add_argument("--table", action="store_true", help="run nothing, write the page")
+    parser.add_argument("--job", help=argparse.SUPPRESS)
+    given = parser.parse_args()
+    if given.job:
+        print(json.dumps(prove(Job(**json.loads(given.job)))))
+        return
+    if not CORPUS.is_dir():
+        parser.error(f"there is no corpus at {CORPUS}; set TCP_CORPUS")
+    if not given.table:
+        chosen = [
+            Job(**{**asdict(job), "limit": min(job.limit, given.limit)})
+            for job in jobs()
+            if job.section in (given.section or SECTIONS)
+            and job.holes <= given.most
+            and given.only in f"{job.name} {job.metric}"
+        ]
+        if given.list:
+            for job in chosen:
+                print(*job.key, f"{job.holes} holes, at most {job.limit:g} s")
+            print(f"{len(chosen)} proofs, at most {sum(j.limit for j in chosen) / 3600:.1f} h")
+            return
+        run(chosen, given.jobs)
+    PAGE.write_text(proofs_page.page(list(load().values()), published()))
 
 
 if __name__ == "__main__":
