@@ -168,7 +168,6 @@ def _certified(result: Result, evidence: Any, path: Path) -> Result:
     """Write the evidence; it gets its name only once the checker has verified what was written."""
     from tcp.files.certificate import write
     from tcp.validate import certificate as checker
-    from tcp.validate.restated import Failure
 
     verdicts: list[checker.Verdict] = []
     try:
@@ -177,7 +176,7 @@ def _certified(result: Result, evidence: Any, path: Path) -> Result:
             path,
             lambda raw: verdicts.append(checker.check(raw, None, result.instance.sha256)),
         )
-    except Failure as failure:
+    except checker.Failure as failure:
         raise SolverError(f"{result.solver} wrote a certificate that fails: {failure}") from None
     proved = (
         result.status is Status.INFEASIBLE

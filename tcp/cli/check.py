@@ -11,7 +11,6 @@ import click
 from tcp.cli.options import Problem, problem_options
 from tcp.errors import Exit
 from tcp.validate import certificate as checker
-from tcp.validate.restated import Failure
 
 EPILOG = """\b
 Examples:
@@ -47,7 +46,7 @@ def command(problem: Problem, certificate: Path, workpiece: Path | None, as_json
             sha256 = problem.instance(reading).sha256
     try:
         verdict = checker.check(checker.unzip(certificate), holes, sha256)
-    except Failure as failure:
+    except checker.Failure as failure:
         if as_json:
             click.echo(json.dumps({"verdict": failure.word, "reason": str(failure)}))
         else:

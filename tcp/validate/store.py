@@ -9,7 +9,6 @@ from tcp.errors import InputError
 from tcp.instance import Instance
 from tcp.validate import certificate as checker
 from tcp.validate.known import Known
-from tcp.validate.restated import Failure
 
 
 def file_name(instance: Instance) -> str:
@@ -59,7 +58,7 @@ def load(path: Path, instance: Instance) -> Known:
     try:
         raw = checker.unzip(path)
         verdict = checker.check(raw, sha256=instance.sha256)
-    except Failure as failure:
+    except checker.Failure as failure:
         raise InputError(f"is no valid certificate for {instance.name}: {failure}", path) from None
     if verdict.lower is None:
         raise InputError(f"proves that {instance.name} has no route at all", path)

@@ -12,7 +12,6 @@ import numpy as np
 
 import tcp.validate.certificate as checker
 from tcp.files.certificate import to_text
-from tcp.validate.restated import Failure
 from tests.certificates.mutations import Inapplicable, instance_of, kinds, mutate, optimum
 from tests.certificates.samples import random_instance
 from tests.certificates.tiny_prover import prove
@@ -34,7 +33,7 @@ class Tally:
         self.tried[kind] += 1
         try:
             verdict = checker.check(text.encode(errors="surrogatepass"))
-        except Failure:
+        except checker.Failure:
             self.refused[kind] += 1
             return
         self.accepted[kind] += 1

@@ -19,7 +19,7 @@ import numpy as np
 from tcp import Ends, Instance, Model, Rules, Travel, Workpiece
 from tcp.errors import TcpError
 from tcp.travel import Rounding
-from tcp.validate.restated import Failure
+from tcp.validate.certificate import Failure
 
 Data = dict[str, Any]
 Rng = np.random.Generator

@@ -11,7 +11,6 @@ import pytest
 
 import tcp.validate.certificate as checker
 from tcp.files.certificate import Certificate, Duals, Leaf, to_text
-from tcp.validate.restated import Failure
 from tests.certificates.samples import random_instance
 from tests.certificates.tiny_prover import Prover, brute_force
 
@@ -140,7 +139,7 @@ def test_no_lie_passes(liar):
         except (pytest.skip.Exception, AssertionError, RecursionError):
             continue  # the mistake was not enough to believe the lie
         told += 1
-        with pytest.raises(Failure):
+        with pytest.raises(checker.Failure):
             checker.check(to_text(proof).encode())
         honest = Prover(instance, best, np.random.default_rng(seed)).certificate(route)
         assert checker.check(to_text(honest).encode()).lower == best
@@ -172,6 +171,6 @@ def test_routes_that_are_none_do_not_pass():
         ):
             for proof in (honest, shorter):
                 fields = {k: getattr(proof, k) for k in proof.__dataclass_fields__}
-                with pytest.raises(Failure):
+                with pytest.raises(checker.Failure):
                     checker.check(to_text(Certificate(**(fields | wrong))).encode())
     assert told > 5

@@ -12,7 +12,6 @@ from click.testing import CliRunner
 
 import tcp.validate.certificate as checker
 from tcp.cli.main import main
-from tcp.validate.restated import Failure
 from tests.certificates import make_files
 
 FOLDER = Path(__file__).parent
@@ -22,7 +21,7 @@ ROOT = FOLDER.parent.parent
 def code_of(path: Path) -> tuple[int, str]:
     try:
         return 0, checker.check(checker.unzip(path)).statement
-    except Failure as failure:
+    except checker.Failure as failure:
         return failure.code, str(failure)
 
 
@@ -85,7 +84,7 @@ def test_files_of_absurd_size_are_refused(tmp_path, monkeypatch):
     ids=lambda v: str(v)[:20],
 )
 def test_hostile_texts_are_refused(text, words):
-    with pytest.raises(Failure, match=words) as caught:
+    with pytest.raises(checker.Failure, match=words) as caught:
         checker.check(text.encode())
     assert caught.value.code == 3
 
@@ -94,7 +93,7 @@ def test_a_hundred_megabytes_are_refused_or_read(tmp_path):
     """A valid certificate blown up with spaces is read; one with rubbish is refused."""
     padded = FIVE.replace('"tree":[', '"tree":[' + " " * 100_000_000).encode()
     assert checker.check(padded).lower == 10
-    with pytest.raises(Failure, match="no valid JSON"):
+    with pytest.raises(checker.Failure, match="no valid JSON"):
         checker.check(padded.replace(b"   ]", b" ]]")[:-3])
 
 
@@ -106,7 +105,7 @@ def test_bytes_that_are_no_text_or_no_gzip(tmp_path):
 
 
 def test_other_versions_are_unsupported():
-    with pytest.raises(Failure, match="version 2") as caught:
+    with pytest.raises(checker.Failure, match="version 2") as caught:
         checker.check(FIVE.replace('"version":1', '"version":2').encode())
     assert caught.value.code == 6
 

@@ -30,7 +30,9 @@ def test_the_certificate_is_small_and_about_the_file(proved):
     instance, cost, path = proved
     raw = checker.unzip(path)
     assert path.stat().st_size < 20_000 and len(raw) < 20_000
-    verdict = checker.check(raw, checker.read_csv(WP3), instance.sha256)
+    piece = read(WP3).workpiece
+    holes = [(h.id, h.x, h.y) for h in map(piece.hole, range(len(piece)))]
+    verdict = checker.check(raw, holes, instance.sha256)
     assert verdict.lower == verdict.upper == cost
 
 
