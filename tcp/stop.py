@@ -6,9 +6,10 @@ import sys
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import StrEnum
 from fractions import Fraction
+from threading import Event
 from typing import Any
 
 from tcp.errors import UsageError
@@ -66,11 +67,27 @@ class Clock:
         self._started = now()
         self._pauses = 0
         self._paused_at = self._started
-        self.interrupted = False
+        self._bell = Event()
+
+    @property
+    def interrupted(self) -> bool:
+        """Whether the solver was asked to return what it has."""
+        return self._bell.is_set()
 
     def interrupt(self) -> None:
         """Ask the solver to return what it has."""
-        self.interrupted = True
+        self._bell.set()
+
+    def part(self, stop: Stop) -> Clock:
+        """A clock for a part of the work: interrupted with the whole, stopped by a wish of its own.
+
+        Its time does not run beyond the whole's.
+        """
+        left = None if self.stop.time is None else self.remaining
+        times = [t for t in (stop.time, left) if t is not None]
+        clock = Clock(replace(stop, time=min(times, default=None)), self._now)
+        clock._bell = self._bell
+        return clock
 
     def pause(self) -> None:
         """Stand still until as many calls of :meth:`resume`."""

@@ -24,6 +24,7 @@ def summary(result: Result) -> str:
         ("gap", percent(result.gap)),
         ("proof", proof(result)),
         ("solver", _solver(result)),
+        ("panel", str(result.details.get("panel", ""))),
         ("certificate", "" if result.certificate is None else str(result.certificate)),
         ("seconds", f"{result.seconds:.2f}"),
     ]

@@ -5,15 +5,17 @@ from __future__ import annotations
 import itertools
 from collections.abc import Sequence
 from functools import cache
+from typing import Any
 
 import numpy as np
 
 from tcp.errors import InfeasibleError
 from tcp.heuristics.local_search import starts
 from tcp.heuristics.local_search.anneal import FEW, RIPE, Search
+from tcp.heuristics.local_search.linking import linked_tour, panel_of
 from tcp.heuristics.local_search.survey import survey
 from tcp.instance import Instance, TourForm
-from tcp.result import Outcome, Report, silent
+from tcp.result import Outcome, Progress, Report, silent
 from tcp.stop import Clock, Stop, StopReason
 from tcp.workpiece import Workpiece
 
@@ -41,17 +43,37 @@ def run(
     clock: Clock,
     report: Report,
     workers: int = 2,
+    panels: bool = True,
 ) -> Outcome:
-    """Find a short route; see :func:`improve`.  Never proves anything."""
+    """Find a short route; see :func:`improve`.  Never proves anything.
+
+    With ``panels``, holes that are copies of one board are recognised: the
+    board is solved once, its copies are linked, and the search goes on from there.
+    """
     form = instance.form
+    details: dict[str, Any] = {}
+
+    def search(
+        form: TourForm, tour: Sequence[int] | None, clock: Clock, kicks: int | None
+    ) -> list[int]:
+        return improve(form, tour, rng=rng, clock=clock, kicks=kicks, workers=workers)
+
     try:
-        tour = improve(form, None, rng=rng, clock=clock, report=report, workers=workers)
+        start = None
+        panel = panel_of(form) if panels else None
+        if panel is not None:
+            with clock.paused():
+                warm_up()
+            start = linked_tour(form, panel, search, clock, clock.stop.iterations)
+            details["panel"] = panel.describe()
+            report(Progress(clock.elapsed, form.tour_cost(start), note="panel"))
+        tour = improve(form, start, rng=rng, clock=clock, report=report, workers=workers)
     except InfeasibleError as reason:
         return Outcome(None, infeasible=True, details={"reason": str(reason)})
     stopped = clock.reason(form.tour_cost(tour)) or StopReason.COMPLETED
     if not respects(form, tour):
-        return Outcome(None, stopped=stopped)
-    return Outcome(instance.route(tour), stopped=stopped)
+        return Outcome(None, stopped=stopped, details=details)
+    return Outcome(instance.route(tour), stopped=stopped, details=details)
 
 
 def improve(
