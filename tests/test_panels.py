@@ -11,6 +11,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tcp import Ends, Instance, Model, Rules, Travel, Workpiece
+from tcp.boards.effort import Effort
+from tcp.boards.optimise import Wishes, optimise
+from tcp.files.drilling import read_drilling
 from tcp.heuristics.local_search.linking import Path, board_form, choose, panel_of, ways
 from tcp.heuristics.panels import Panel, find_panel
 from tcp.result import Status
@@ -199,3 +202,18 @@ def test_part_of_a_clock():
     assert unlimited.reason() is None
     whole.interrupt()
     assert part.reason() is StopReason.INTERRUPTED and not unlimited.interrupted
+
+
+def test_optimize_knows_panels_and_can_do_without(tmp_path):
+    x, y = planted(*board(35), 3, 2)
+    holes = "".join(f"X{a}Y{b}\n" for a, b in zip(x.tolist(), y.tolist(), strict=True))
+    path = tmp_path / "panel.drl"
+    path.write_text(f"M48\nMETRIC,TZ\nT1C.001\n%\nT1\n{holes}M30\n")
+    news: list[str] = []
+    program = read_drilling(path)
+    for panels in (True, False):
+        wishes = Wishes(effort=Effort.FAST, time_limit=0.3, panels=panels)
+        board_ = optimise(program, wishes, news=lambda t, i, p: news.append(p.note))
+        assert board_.costs_after.total < board_.costs_before.total
+        assert ("panel" in news) == panels
+        news.clear()

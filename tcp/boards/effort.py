@@ -72,6 +72,7 @@ def answer(
     seed: int,
     report: Report = silent,
     certificate: Path | None = None,
+    panels: bool = True,
 ) -> Answer:
     """The best route within the effort, never worse than the file's own order.
 
@@ -91,6 +92,8 @@ def answer(
         Receives the solvers' news.
     certificate : path, optional
         Where to write the proof, if there is one.
+    panels : bool
+        Whether to look for copies of one board.
     """
     seconds = LIMITS[effort] if limit is None else limit
     best = as_it_stands(instance, as_is)
@@ -104,7 +107,8 @@ def answer(
     proves = effort is not Effort.FAST and refuses(PROVER, instance) is None
     share = _seek_share(instance, proves)
     if share:
-        found = solve(instance, SEEKER, stop=Stop(share * seconds), seed=seed, report=report)
+        part = Stop(share * seconds)
+        found = solve(instance, SEEKER, stop=part, seed=seed, report=report, panels=panels)
         best = _better(best, found)
     if proves and not best.interrupted:
         known: dict[str, Any] = {} if best.solver == AS_IS else {"start_route": best.route}

@@ -63,6 +63,8 @@ class Wishes:
         Write repeats and step-and-repeat blocks out hole by hole.
     certificates : path, optional
         Folder for a certificate of every stretch that is proved.
+    panels : bool
+        Solve a board that is repeated k x m once, and link its copies.
     check : bool
         Whether the file is only to be judged: the report says how much of its travel is needed.
     """
@@ -79,6 +81,7 @@ class Wishes:
     merge: bool = False
     expand: bool = False
     certificates: Path | None = None
+    panels: bool = True
     check: bool = False
 
     @property
@@ -312,6 +315,7 @@ def _solve_runs(
             wishes.seed,
             report,
             _certificate(wishes.certificates, program, stretch, solved),
+            wishes.panels,
         )
         solved.append(_legal(stretch, instance, found))
         ends[run[1] - 1] = stretch.end(solved[-1].order)

@@ -226,6 +226,9 @@ def _options(options: list[Any]) -> Callable[[Function], Function]:
 @click.option("--expand", is_flag=True, help="Write repeats and patterns out hole by hole.")
 @click.option("--keep-first", type=click.IntRange(0), default=0, help="Units that stay in front.")
 @click.option("--keep", multiple=True, metavar="T", help="A tool whose order stays; repeatable.")
+@click.option(
+    "--panels/--no-panels", default=True, help="Solve a board that is repeated k x m once."
+)
 @_options(_MACHINE)
 @_options(_READING)
 @fleet_options("1, boards one after the other")
@@ -315,6 +318,7 @@ def _job(given: dict[str, Any], many: bool) -> Job:
         merge=given["merge"],
         expand=given["expand"],
         certificates=_folder(given["certificates"]),
+        panels=given["panels"],
         check=given["check"],
     )
     return Job(
