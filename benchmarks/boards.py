@@ -1,28 +1,37 @@
 """Every board of the corpus, five ways to order its holes, at equal time, with the lower bound.
 
-    python benchmarks/boards.py [--limit 10] [--only NAME] [--out benchmarks/results/boards.jsonl]
-    python benchmarks/boards.py --table            # docs/boards.md from the runs so far
+    python benchmarks/boards.py [--limit 10] [--only NAME] [--tool N] [--fresh]
+    python benchmarks/boards.py --table [--note ...]     # docs/boards.md from the runs so far
 
-One line of JSON a tool is appended to the output, so an interrupted run goes on
-where it stopped.  A tool's holes (repeats written out, slots left out) are one
-open path with free ends in simultaneous axis travel at unit speed; the cost is
-in mm.  The ways:
+One line of JSON a tool is appended to benchmarks/results/boards.jsonl, so an
+interrupted run goes on where it stopped; ``--fresh`` begins anew.  How long it
+can take at most is said at the start: no tool has more than three times the
+limit.  The corpus is found in TCP_CORPUS, or in ../shared/corpus beside the
+project.
+
+A tool's holes (repeats written out, slots left out) are one open path with free
+ends in simultaneous axis travel at unit speed; the cost is in mm.  The ways:
 
 file      the order of the file
 nn        nearest neighbour from the file's first hole
 nn+2opt   that, and 2-opt until no exchange helps (what pcb2gcode does)
 gls       OR-Tools routing: cheapest arc, guided local search (what FlatCAM Evo does),
-          given the exact open-path model; at least one second, else our own time
-tcp       ``tcp optimize``'s solver policy, with its bound
+          given the exact open-path model
+tcp       what ``tcp optimize`` does by default, with its bound; two threads while it seeks
+
+2-opt and guided local search get the time that tcp took, and at least one second.
 """
 
 from __future__ import annotations
 
 import argparse
 import json
+import os
 import time
 import tomllib
 from collections import defaultdict
+from collections.abc import Iterator
+from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
@@ -31,14 +40,16 @@ from numba import njit
 from ortools.constraint_solver import pywrapcp, routing_enums_pb2
 
 from tcp import Instance, Model, Travel
-from tcp.boards.effort import Effort, answer
+from tcp.boards.effort import LIMITS, Effort, answer
 from tcp.errors import InputError
 from tcp.files.excellon import expanded, hints, read_program, workpiece
 from tcp.kernels import cost_of_move, pack
 from tcp.solve import versions
+from tcp.workpiece import Workpiece
 
 ROOT = Path(__file__).resolve().parents[1]
-BOARDS = ROOT.parent / "shared" / "corpus" / "boards"
+BOARDS = Path(os.environ.get("TCP_CORPUS", ROOT.parent / "shared" / "corpus")) / "boards"
+OUT = ROOT / "benchmarks" / "results" / "boards.jsonl"
 HINTS = tomllib.loads((ROOT / "tests" / "files" / "board_hints.toml").read_text())
 WAYS = ("file", "nn", "nn+2opt", "gls", "tcp")
 MATRIX = 2_000
@@ -149,34 +160,44 @@ def measure(instance: Instance, limit: float) -> dict[str, Any]:
     }
 
 
-def run(limit: float, only: str | None, out: Path) -> None:
-    """Measure what is not yet in the output."""
-    done = {(row["board"], row["tool"]) for row in load(out)}
-    out.parent.mkdir(parents=True, exist_ok=True)
-    warm = Instance(workpiece(read_program(BOARDS / "kicad-clockblock.drl"), 1))
-    measure(Instance(warm.workpiece, Travel(Model.SIMULTANEOUS)), 5.0)
+def tools_of_the_corpus(only: str, number: int | None) -> Iterator[tuple[str, int, Instance]]:
+    """Every tool with two holes or more: board, tool, and its holes as a problem."""
     for path in sorted(BOARDS.iterdir()):
-        if only and only not in path.name:
-            continue
         try:
             program = read_program(path, hints(**HINTS.get(path.name, {})))
         except InputError:
             continue
         tools, counts = np.unique(expanded(program)[0], return_counts=True)
-        for tool, count in zip(tools.tolist(), counts.tolist(), strict=True):
-            if (path.name, tool) in done or count < 2:
-                continue
-            instance = Instance(workpiece(program, tool), Travel(Model.SIMULTANEOUS))
-            row = {"board": path.name, "tool": tool, "holes": count, "limit": limit}
-            row |= measure(instance, limit) | {"versions": versions(("ortools", "highspy"))}
-            with out.open("a") as file:
-                file.write(json.dumps(row) + "\n")
-            print(f"{path.name:40} T{tool:<4} {count:6}", row["costs"], row["bound"], flush=True)
+        for tool in tools[counts > 1].tolist():
+            if only in path.name and number in (None, tool):
+                piece = workpiece(program, tool)
+                yield path.name, tool, Instance(piece, Travel(Model.SIMULTANEOUS))
+
+
+def run(limit: float, only: str, number: int | None, out: Path) -> None:
+    """Measure what is not yet in the output."""
+    done = {(row["board"], row["tool"]) for row in load(out) if row["limit"] == limit}
+    todo = [t for t in tools_of_the_corpus(only, number) if t[:2] not in done]
+    most = sum(4.0 if len(instance) <= 16 else 3 * max(limit, 1.0) for _, _, instance in todo)
+    print(f"{len(todo)} tools to measure, at most {most / 60:.0f} minutes and compilation")
+    out.parent.mkdir(parents=True, exist_ok=True)
+    warm = np.random.default_rng(0).integers(0, 9999, (2, 300))
+    piece = Workpiece("warm", tuple(map(str, range(300))), *warm, Fraction(1, 1000))
+    measure(Instance(piece, Travel(Model.SIMULTANEOUS)), 3.0)  # compiles
+    for board, tool, instance in todo:
+        row = {"board": board, "tool": tool, "holes": len(instance), "limit": limit}
+        row |= measure(instance, limit)
+        row |= {"load": round(os.getloadavg()[0], 2), "cores": os.cpu_count()}
+        row |= {"versions": versions(("ortools", "highspy"))}
+        with out.open("a") as file:
+            file.write(json.dumps(row) + "\n")
+        print(f"{board:40} T{tool:<4} {len(instance):6}", row["costs"], row["bound"], flush=True)
 
 
 def load(out: Path) -> list[dict[str, Any]]:
-    """The rows measured so far."""
-    return [json.loads(line) for line in out.read_text().splitlines()] if out.exists() else []
+    """The rows measured so far; not those of an older form, without the machine's load."""
+    rows = map(json.loads, out.read_text().splitlines() if out.exists() else [])
+    return [row for row in rows if "load" in row]
 
 
 def table(rows: list[dict[str, Any]], note: str = "") -> str:
@@ -196,39 +217,61 @@ def table(rows: list[dict[str, Any]], note: str = "") -> str:
             sums[key] += value
         lines.append(cells(name, mine, worth))
     lines.append(cells("**all**", rows, sums))
+    return "\n".join([*heading(rows, note), *lines, "", *conclusions(rows, sums), ""])
+
+
+def heading(rows: list[dict[str, Any]], note: str) -> list[str]:
+    """What was measured, with what and where."""
+    loads = [row["load"] for row in rows]
+    programs = ", ".join(f"{k} {v}" for k, v in rows[-1]["versions"].items())
+    return [
+        "# Real boards",
+        "",
+        "Printed by `python benchmarks/boards.py` and `--table`; the module's first lines say",
+        f"what is measured. Limit {rows[0]['limit']:g} s a tool; {programs};",
+        f"{rows[-1]['cores']} cores, load {min(loads):.1f} to {max(loads):.1f} while it ran.",
+        "Travel in mm, simultaneous axes, one open path a tool; *proved*: how many tools' orders",
+        "are proved shortest.",
+        "",
+        *([note, ""] if note else []),
+    ]
+
+
+def conclusions(rows: list[dict[str, Any]], sums: dict[str, float]) -> list[str]:
+    """The table in sentences."""
     small = [row for row in rows if row["holes"] <= 400]
+    medium = [row for row in rows if row["holes"] <= 500]
     large = [row for row in rows if row["holes"] > 400]
-    gaps = [gap(row) for row in large]
+    quick = sum(row["optimal"] and row["seconds"] <= 5 for row in medium)
     peer = min(("nn", "nn+2opt", "gls"), key=lambda way: sums[way])
     kicad = [row for row in rows if row["board"].startswith("kicad")]
-    ratio = sum(mm(r, r["costs"]["file"]) for r in kicad) / sum(
-        mm(r, r["costs"]["tcp"]) for r in kicad
-    )
-    seconds = max((row["seconds"] for row in rows), default=0)
-    return "\n".join(
-        [
-            "# Real boards",
-            "",
-            "Printed by `python benchmarks/boards.py` and `--table`; the module's first lines say",
-            f"what is measured. Limit {rows[0]['limit']:g} s a tool, versions "
-            + ", ".join(f"{k} {v}" for k, v in rows[0]["versions"].items())
-            + ". Travel in mm,",
-            "simultaneous axes, one open path a tool; *proved*: how many tools' orders are proved",
-            "shortest.",
-            "",
-            *([note, ""] if note else []),
-            *lines,
-            "",
-            f"* Tools with up to 400 holes: {sum(r['optimal'] for r in small)} of {len(small)} "
-            "proved optimal within the limit.",
-            f"* Tools above: {sum(r['optimal'] for r in large)} of {len(large)} proved; "
-            f"largest gap {100 * max(gaps, default=0):.2f} %.",
-            f"* Best peer: {peer}, {100 * (sums[peer] / sums['tcp'] - 1):.1f} % above ours.",
-            f"* KiCad's files travel {ratio:.1f} times what our order needs.",
-            f"* Longest run of one tool: {seconds:.1f} s.",
-            "",
-        ]
-    )
+    ours = sum(mm(r, r["costs"]["tcp"]) for r in kicad)
+    ratio = sum(mm(r, r["costs"]["file"]) for r in kicad) / ours if ours else 0.0
+    found = [
+        f"* Tools with up to 400 holes: {sum(r['optimal'] for r in small)} of {len(small)} "
+        "proved optimal within the limit.",
+        f"* Tools with up to 500 holes: {quick} of {len(medium)} proved within 5 s.",
+        f"* Tools above 400: {sum(r['optimal'] for r in large)} of {len(large)} proved; "
+        f"largest gap {100 * max(map(gap, large), default=0):.2f} %.",
+        f"* Best peer: {peer}, {100 * (sums[peer] / sums['tcp'] - 1):.1f} % above ours.",
+        f"* KiCad's files travel {ratio:.1f} times what our order needs.",
+        f"* Longest run of one tool: {max(row['seconds'] for row in rows):.1f} s.",
+    ]
+    if not large:
+        return found
+    return [
+        *found,
+        "",
+        "Tools above 400 holes:",
+        "",
+        "| board | tool | holes | tcp | bound | gap | s |",
+        "|---|--:|--:|--:|--:|--:|--:|",
+        *(
+            f"| {r['board']} | T{r['tool']} | {r['holes']} | {mm(r, r['costs']['tcp']):.2f} | "
+            f"{mm(r, r['bound']):.2f} | {100 * gap(r):.2f} % | {r['seconds']:.1f} |"
+            for r in sorted(large, key=gap, reverse=True)
+        ),
+    ]
 
 
 def mm(row: dict[str, Any], cost: int) -> float:
@@ -254,15 +297,24 @@ def cells(name: str, rows: list[dict[str, Any]], worth: dict[str, float]) -> str
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--limit", type=float, default=10.0)
-    parser.add_argument("--only")
-    parser.add_argument("--out", type=Path, default=ROOT / "benchmarks/results/boards.jsonl")
-    parser.add_argument("--table", action="store_true")
+    parser.add_argument(
+        "--limit", type=float, default=LIMITS[Effort.NORMAL], help="Seconds a tool."
+    )
+    parser.add_argument(
+        "--only", default="", metavar="NAME", help="Boards with this in their name."
+    )
+    parser.add_argument("--tool", type=int, metavar="N", help="One tool of them.")
+    parser.add_argument("--out", type=Path, default=OUT)
+    parser.add_argument("--fresh", action="store_true", help="Forget the runs so far.")
+    parser.add_argument("--table", action="store_true", help="Only write docs/boards.md.")
     parser.add_argument("--note", default="", help="A sentence about the machine, for the page.")
     given = parser.parse_args()
+    if given.fresh:
+        given.out.unlink(missing_ok=True)
     if not given.table:
-        run(given.limit, given.only, given.out)
-    page = table(load(given.out), given.note)
+        run(given.limit, given.only, given.tool, given.out)
+    rows = [row for row in load(given.out) if row["limit"] == given.limit]
+    page = table(rows, given.note)
     if given.table:
         (ROOT / "docs" / "boards.md").write_text(page)
     print(page)

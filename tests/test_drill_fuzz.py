@@ -26,6 +26,9 @@ FOUND = {
     "a path that begins nowhere": HEAD + b"X1Y1\nG00\nM15\nG01X5\nM16\nM30\n",
     "an axis without a number": HEAD + b"X1Y1\nX\nY5\nM30\n",
     "a format of too many digits": b"M48\n;FILE_FORMAT=8:4\nINCH\nT1C.02\n%\nT1\nX1Y1\nM30\n",
+    "a command behind G90": HEAD + b"X1Y1\nG90M48\nX2Y2\nM30\n",
+    "a damaged line that begins with a G-code": HEAD + b"X1Y1\nG00X1X*Y1i\nX2Y2\nM30\n",
+    "an optional hole": HEAD + b"X1Y1\n/X2Y2\nM30\n",
     "huge G-code": HEAD + b"G49999999999999999999\nX1Y1\nM30\n",
 }
 
@@ -34,6 +37,14 @@ FOUND = {
 def test_what_the_fuzzer_found_is_refused(name):
     with pytest.raises(InputError):
         excellon.parse(FOUND[name])
+
+
+def test_a_hole_whose_line_ends_the_rout_mode_is_a_unit_of_its_own():
+    text = HEAD + b"X1Y1\nG00X5Y5\nM15\nG01X6\nM16\nG05Y5X9\nX7Y7\nX8Y8\nM30\n"
+    program = excellon.parse(text)
+    assert rewrite.reorder(program, {}) == text
+    assert program.rows.last[1] == program.rows.first[2] and program.rows.mark[2] & Mark.FIXED
+    assert program.rows.stretch.tolist() == [0, 1, 2, 3, 3]
 
 
 def test_a_comment_inside_a_word_keeps_the_section():

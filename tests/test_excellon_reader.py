@@ -392,7 +392,7 @@ def test_a_file_without_its_end_can_be_accepted():
 
 
 def test_missing_files_and_folders(tmp_path):
-    with pytest.raises(InputError, match="No such file"):
+    with pytest.raises(InputError, match="no such file"):
         read_program(tmp_path / "none.drl")
     with pytest.raises(InputError, match="Is a directory"):
         read_program(tmp_path)

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 _KNOWN = re.compile(
     r"(?:AFS|ATC|BLKD|CCW|CP|DETECT|DN|DTMDIST|EXDA|FMAT|FSB|HBCK|HPCK|ICI|NCSL|OM48|OSTOP|OTCLMP|"
-    r"PCKPARAM|PF|PLTMODE|R,|RC?T?,|RSB|SBK|SG|SIXM|TCST|TP|UP|VER|Z[A,C]|XY|YX|M\d+,|/|%)"
+    r"PCKPARAM|PF|PLTMODE|R,|RC?T?,|RSB|SBK|SG|SIXM|TCST|TP|UP|VER|Z[A,C]|(?:XY|YX|/)$|M\d+,|%)"
 )
 _TOOL = re.compile(r"T\d+(?:[A-Z][+-]?[\d.]*)*$")
 _WORD = re.compile(r"([A-Z])([+-]?[\d.]*)")
@@ -46,7 +46,7 @@ def header_line(reader: State, line: str, strict: bool = False) -> None:
         reader.format_1 = line.endswith("1")
     elif re.match(r"[XYR]?[XY][+-]?\d", line):
         reader.refuse("coordinates inside the header; expected % or M95 before them")
-    elif not _KNOWN.match(line) and not re.match(r"[GM]\d+", line):
+    elif not _KNOWN.match(line) and (strict or not re.match(r"[GM]\d+", line)):
         if strict:
             reader.refuse(f"{line!r} is not understood; expected an Excellon command")
         reader.note(f"the header line {line[:40]!r} is not known; it is kept as it is")

@@ -220,16 +220,24 @@ class Reader(Routing):
             code = code_of(words[0][1])
             rest = words[1:]
             if code in (5, 81):
-                self._drill_mode()
+                routing = self.mode == ROUT
+                self._drill_mode(alone=not rest)
                 if not rest:
                     return
-                words = rest
+                self._drill(rest)
+                if routing:  # the hole's own line ends the rout mode
+                    self.columns[8][-1] |= Mark.FIXED
+                return
             elif code in (0, 1, 2, 3):
                 self._route(code, rest)
                 return
             else:
                 self._g_code(code, rest)
                 return
+        self._drill(words)
+
+    def _drill(self, words: Words) -> None:
+        """Coordinates, in the mode that holds."""
         letters = "".join(letter for letter, _ in words)
         if self.mode == ROUT:
             self._route(self.motion, words, named=False)
@@ -242,6 +250,8 @@ class Reader(Routing):
             self.refuse(f"coordinates with {letters!r} are not understood; expected X and Y")
 
     def _g_code(self, code: int, rest: Words) -> None:
+        if rest and code in (40, 41, 42, 90, 91):
+            self.refuse(f"G{code:02d} with something behind it is not understood; split the line")
         if code in (90, 91):
             if self.incremental != (code == 91):
                 self.incremental = code == 91

@@ -80,12 +80,12 @@ class Routing(Patterns):
         row = self._row(Kind.ROUTE, (start.x, start.y, end.x, end.y), self.open_first, mark)
         self.at, self.routes[row], self.open = here, moves, []
 
-    def _drill_mode(self) -> None:
-        """G05: back to drilling; it belongs to the routed path that it ends."""
+    def _drill_mode(self, alone: bool) -> None:
+        """G05: back to drilling; ``alone`` on its line, it belongs to the path that it ends."""
         if self.mode == ROUT:
             self._flush_open()
             row = len(self.columns[0]) - 1
-            if row in self.routes and self.columns[7][row] == self.at:
+            if alone and row in self.routes and self.columns[7][row] == self.at:
                 self.columns[7][row] = self.at + 1
                 self.columns[8][row] |= Mark.DRILLS_AFTER
             else:
