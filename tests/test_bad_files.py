@@ -110,6 +110,8 @@ def test_a_denied_file_is_one_sentence_for_root_too(tmp_path, monkeypatch):
         raise PermissionError(13, "Permission denied")
 
     monkeypatch.setattr(Path, "open", denied)
+    monkeypatch.setattr(os, "access", lambda *_: False)  # what click asks
+    (tmp_path / "secret.csv").touch()
     refused(tmp_path / "secret.csv", "permission denied")
 
 

@@ -394,7 +394,7 @@ def test_a_file_without_its_end_can_be_accepted():
 def test_missing_files_and_folders(tmp_path):
     with pytest.raises(InputError, match="no such file"):
         read_program(tmp_path / "none.drl")
-    with pytest.raises(InputError, match="Is a directory"):
+    with pytest.raises(InputError, match="is a directory"):
         read_program(tmp_path)
     loop = tmp_path / "loop.drl"
     loop.symlink_to(loop)

@@ -61,13 +61,13 @@ class Target:
         return self.out
 
 
-def write_board(board: Board, target: Target, many: bool, hints: Hints | None) -> Path:
+def write_board(board: Board, target: Target, many: bool, hints: Hints | None) -> Path | None:
     """Write the new file, read it back, compare it hole by hole, and rename it into place.
 
     Returns
     -------
-    Path
-        The file written.
+    Path or None
+        The file written; None where the input is to be replaced and stays as it is.
 
     Raises
     ------
@@ -89,7 +89,7 @@ def write_board(board: Board, target: Target, many: bool, hints: Hints | None) -
             raise OutputError(f"{path} exists already; say --force to overwrite it")
     if target.in_place:
         if not board.changed:
-            return path
+            return None
         _back_up(source, board.original)
     write_file(path, board.data, check)
     return path

@@ -8,6 +8,7 @@ from pathlib import Path
 import click
 
 from tcp.cli.judging import Judging, judging_options
+from tcp.cli.options import READ
 from tcp.errors import UsageError
 from tcp.files.claims_schema import schema
 from tcp.validate.auditing import audit
@@ -26,7 +27,7 @@ docs/claims.md describes claims files; tcp explain CODE explains a finding."""
 
 
 @click.command(epilog=EPILOG)
-@click.argument("files", nargs=-1, metavar="CLAIMS.toml...", type=click.Path(path_type=Path))
+@click.argument("files", nargs=-1, metavar="CLAIMS.toml...", type=READ)
 @click.option(
     "--details",
     type=click.Choice(("all", "failing", "none")),

@@ -9,7 +9,7 @@ from typing import Any
 import click
 
 from tcp.cli.main import complain
-from tcp.cli.options import Problem, problem_options
+from tcp.cli.options import READ, Problem, problem_options
 from tcp.cli.terminal import output_path, tell
 from tcp.errors import Exit, TcpError
 from tcp.instance import Instance
@@ -29,9 +29,7 @@ Both are valid bounds in exact arithmetic, whenever they are stopped."""
 
 
 @click.command(epilog=EPILOG)
-@click.argument(
-    "files", nargs=-1, required=True, metavar="FILE...", type=click.Path(path_type=Path)
-)
+@click.argument("files", nargs=-1, required=True, metavar="FILE...", type=READ)
 @problem_options
 @click.option(
     "--method", type=click.Choice(["one-tree", "lp"]), default="one-tree", show_default=True

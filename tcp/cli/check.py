@@ -8,7 +8,7 @@ from pathlib import Path
 
 import click
 
-from tcp.cli.options import Problem, problem_options
+from tcp.cli.options import READ, Problem, problem_options
 from tcp.errors import Exit
 from tcp.validate import certificate as checker
 
@@ -24,8 +24,8 @@ Exit codes: 0 verified, 1 refuted (or about something else), 2 usage,
 
 
 @click.command(epilog=EPILOG)
-@click.argument("certificate", type=click.Path(path_type=Path))
-@click.argument("workpiece", required=False, type=click.Path(path_type=Path))
+@click.argument("certificate", type=READ)
+@click.argument("workpiece", required=False, type=READ)
 @problem_options
 @click.option("--json", "as_json", is_flag=True, help="One JSON object instead of sentences.")
 def command(problem: Problem, certificate: Path, workpiece: Path | None, as_json: bool) -> int:

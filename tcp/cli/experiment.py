@@ -9,7 +9,7 @@ from pathlib import Path
 
 import click
 
-from tcp.cli.options import fleet_options
+from tcp.cli.options import READ, fleet_options
 from tcp.cli.terminal import on_terminal
 from tcp.errors import OutputError, UsageError
 from tcp.experiments.journal import Journal
@@ -36,9 +36,7 @@ interrupted (what is finished is kept)."""
 
 
 @click.command(epilog=EPILOG)
-@click.argument(
-    "files", nargs=-1, required=True, metavar="EXPERIMENT...", type=click.Path(path_type=Path)
-)
+@click.argument("files", nargs=-1, required=True, metavar="EXPERIMENT...", type=READ)
 @click.option("--runs", type=click.IntRange(1, MOST), help="Runs of each column, not the file's.")
 @fleet_options("one a core")
 @click.option(

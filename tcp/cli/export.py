@@ -7,7 +7,7 @@ from pathlib import Path
 
 import click
 
-from tcp.cli.options import Problem, problem_options
+from tcp.cli.options import READ, Problem, problem_options
 from tcp.cli.terminal import check_outputs
 from tcp.errors import Exit, InfeasibleError, UsageError
 from tcp.files.write import write_file
@@ -33,7 +33,7 @@ written all the same and the model is a relaxation (exit 5)."""
 
 
 @click.command(epilog=EPILOG)
-@click.argument("file", metavar="FILE", type=click.Path(path_type=Path))
+@click.argument("file", metavar="FILE", type=READ)
 @problem_options
 @click.option(
     "--formulation",

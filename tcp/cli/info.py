@@ -10,7 +10,7 @@ from typing import Any
 import click
 
 from tcp.cli.main import complain
-from tcp.cli.options import Problem, problem_options
+from tcp.cli.options import READ, Problem, problem_options
 from tcp.errors import Exit, TcpError
 from tcp.files import Reading
 from tcp.instance import Instance
@@ -24,9 +24,7 @@ Examples:
 
 
 @click.command(epilog=EPILOG)
-@click.argument(
-    "files", nargs=-1, required=True, metavar="FILE...", type=click.Path(path_type=Path)
-)
+@click.argument("files", nargs=-1, required=True, metavar="FILE...", type=READ)
 @problem_options
 @click.option("--json", "as_json", is_flag=True, help="One JSON object a file, on one line.")
 def command(problem: Problem, files: tuple[Path, ...], as_json: bool) -> int:

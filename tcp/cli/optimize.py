@@ -18,7 +18,7 @@ from tcp.boards.effort import CHECK_LIMIT, LIMITS, Effort
 from tcp.boards.machine import Machine, read_machine
 from tcp.boards.optimise import Board, News, Wishes, optimise
 from tcp.cli.main import complain
-from tcp.cli.options import fleet_options, number, point
+from tcp.cli.options import READ, fleet_options, number, point
 from tcp.cli.terminal import check_outputs, on_terminal, output_path, tell
 from tcp.errors import Exit, OutputError, TcpError, UsageError
 from tcp.files.drilling import read_drilling
@@ -200,9 +200,7 @@ def _options(options: list[Any]) -> Callable[[Function], Function]:
 
 
 @click.command(epilog=EPILOG)
-@click.argument(
-    "files", nargs=-1, required=True, metavar="FILE...", type=click.Path(path_type=Path)
-)
+@click.argument("files", nargs=-1, required=True, metavar="FILE...", type=READ)
 @click.option(
     "--effort",
     type=click.Choice([str(e) for e in Effort]),

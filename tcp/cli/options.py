@@ -29,6 +29,9 @@ from tcp.workpiece import Workpiece, exact_decimal
 
 LEGS = ("both", "out", "back")
 
+READ = click.Path(path_type=Path, readable=False)
+"""A file to read; that it may not be read is for its reader to say, with exit code 3."""
+
 
 def number(text: str) -> Fraction:
     """A decimal number or a fraction such as 1/3, exactly; an option's type."""

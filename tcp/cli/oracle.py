@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from tcp.cli.options import Problem, problem_options
+from tcp.cli.options import READ, Problem, problem_options
 from tcp.errors import Exit, UsageError
 from tcp.oracle import FOLDER, describe, prove, statement
 from tcp.validate.store import CertificateFolder
@@ -30,9 +30,7 @@ def command() -> None:
 
 
 @command.command(epilog=EPILOG)
-@click.argument(
-    "files", nargs=-1, required=True, metavar="FILE...", type=click.Path(path_type=Path)
-)
+@click.argument("files", nargs=-1, required=True, metavar="FILE...", type=READ)
 @click.option("--dir", "folder", type=click.Path(path_type=Path), help="Folder of certificates.")
 @click.option("--time-limit", type=float, metavar="S", help="Seconds for each proof.")
 @problem_options
@@ -54,7 +52,7 @@ def pin(
 
 
 @command.command(epilog=EPILOG)
-@click.argument("file", type=click.Path(path_type=Path))
+@click.argument("file", type=READ)
 @click.option("--dir", "folder", type=click.Path(path_type=Path), help="Folder of certificates.")
 @problem_options
 def show(problem: Problem, file: Path, folder: Path | None) -> None:

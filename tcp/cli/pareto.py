@@ -10,7 +10,7 @@ from typing import Any
 
 import click
 
-from tcp.cli.options import Problem, number, problem_options
+from tcp.cli.options import READ, Problem, number, problem_options
 from tcp.cli.terminal import tell
 from tcp.errors import UsageError
 from tcp.exact.pareto import Point, front, weighted
@@ -30,7 +30,7 @@ the time limit, 70 internal error, 130 interrupted."""
 
 
 @click.command(epilog=EPILOG)
-@click.argument("file", metavar="FILE", type=click.Path(path_type=Path))
+@click.argument("file", metavar="FILE", type=READ)
 @problem_options
 @click.option("--weight", type=number, help="Also name the best of travel + WEIGHT x windows.")
 @click.option("--time-limit", type=float, metavar="S", help="Seconds of wall time.")

@@ -11,7 +11,7 @@ from typing import Any
 import click
 
 from tcp.cli.main import complain
-from tcp.cli.options import Problem, number, problem_options, setting
+from tcp.cli.options import READ, Problem, number, problem_options, setting
 from tcp.cli.terminal import check_outputs, on_terminal, output_path, tell
 from tcp.errors import Exit, TcpError
 from tcp.instance import Instance
@@ -129,9 +129,7 @@ class Outputs:
 
 
 @click.command(epilog=EPILOG)
-@click.argument(
-    "files", nargs=-1, required=True, metavar="FILE...", type=click.Path(path_type=Path)
-)
+@click.argument("files", nargs=-1, required=True, metavar="FILE...", type=READ)
 @click.option("--solver", default="auto", show_default=True, help=f"auto, {', '.join(SOLVERS)}.")
 @click.option("--exact", is_flag=True, help="Ask for a proof; exit 5 where there is none in time.")
 @problem_options

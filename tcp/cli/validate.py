@@ -8,7 +8,7 @@ from pathlib import Path
 import click
 
 from tcp.cli.judging import Judging, judging_options
-from tcp.cli.options import Problem, problem_options
+from tcp.cli.options import READ, Problem, problem_options
 from tcp.errors import UsageError
 from tcp.files.order import NUMBERINGS, Order, order_of, read_order
 from tcp.files.printed import parse_printed
@@ -29,7 +29,7 @@ warnings), 2 usage, 3 unreadable or invalid input, 70 internal error."""
 
 
 @click.command(epilog=EPILOG)
-@click.argument("file", type=click.Path(path_type=Path))
+@click.argument("file", type=READ)
 @click.option("--route", metavar="TEXT", help="The sequence; any separators.")
 @click.option(
     "--route-file",
