@@ -47,6 +47,25 @@ def test_a_hole_whose_line_ends_the_rout_mode_is_a_unit_of_its_own():
     assert program.rows.stretch.tolist() == [0, 1, 2, 3, 3]
 
 
+@pytest.mark.parametrize(
+    "text",
+    [
+        HEAD + b"X1Y1\nG01\nM25\nX3.\nM01\nM02X1.5\nM08\nM30\n",
+        HEAD + b"X1Y1\nM25\nM01\nM02X1.5\nM08\nX2Y2\nM30\n",
+        HEAD + b"X1Y1\nM25\nX3.Y4.\nM01\nM02X1.5M70\nM08\nX0.Y0.\x1a",
+        HEAD + b"X1Y1\nM25\nX3.Y4.\nM01\nM02X1.5M70\nM08\nX0.Y0.",
+    ],
+    ids=["a path across a block", "an empty block", "ctrl-z behind a hole", "no last line end"],
+)
+def test_blocks_that_the_fuzzer_made(text):
+    program = excellon.parse(text, hints=Hints(unfinished=True))
+    assert rewrite.reorder(program, {}) == text
+    view = folded(program)
+    orders = {a: Order.of(Turn(r) for r in range(b - 1, a - 1, -1)) for a, b in view.stretches()}
+    other = rewrite.reorder(view, orders)
+    guard.compare(program, excellon.parse(other, hints=Hints(unfinished=True)))
+
+
 def test_a_comment_inside_a_word_keeps_the_section():
     program = gcode.parse(b"G21\nG81 X1 Y2 Z-1 R2\nX(a)5\nY7\nG80\nM30\n")
     assert "not understood" in program.notes[0]

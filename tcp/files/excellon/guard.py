@@ -191,7 +191,10 @@ def _same_text(before: Program, after: Program, text: str) -> bool:
 
 
 def _insides(program: Program) -> Counter[tuple[bytes, ...]]:
-    """The text between the units of each movable block, from its M25 to its M08."""
+    """The text between the units of each movable block, from its M25 to its M08.
+
+    The last line's ending belongs to the place where the block stands.
+    """
     rows, starts, data = program.rows, program.document.starts, program.document.data
     found = Counter[tuple[bytes, ...]]()
     for block in program.patterns:
@@ -199,7 +202,8 @@ def _insides(program: Program) -> Counter[tuple[bytes, ...]]:
             part = slice(block.first, block.last)
             begin = [starts[block.lines[0]], *starts[rows.last[part]]]
             stop = [*starts[rows.first[part]], starts[block.lines[1] + 1]]
-            found[tuple(data[i:j] for i, j in zip(begin, stop, strict=True) if i < j)] += 1
+            pieces = [data[i:j] for i, j in zip(begin, stop, strict=True) if i < j]
+            found[(*pieces[:-1], pieces[-1].rstrip(b"\r\n"))] += 1
     return found
 
 

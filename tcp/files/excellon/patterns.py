@@ -48,6 +48,7 @@ class Patterns(State):
         return int(text)
 
     def _pattern_code(self, code: int, rest: Words) -> None:
+        self._flush_open()
         self._barrier()
         self.pattern_codes += 1
         here = len(self.columns[0])

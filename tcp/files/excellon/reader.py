@@ -99,7 +99,10 @@ class Reader(Routing):
             if hit is not None and (hit[1] or hit[2]):
                 self._hit(hit[1], hit[2])
             else:
+                before = len(self.columns[0])
                 self._line(line.strip(b" \t\x1a\x0c\xef\xbb\xbf"))
+                if b"\x1a" in line and len(self.columns[0]) > before:
+                    self.columns[8][-1] |= Mark.FIXED  # the end of the file, for some
             at += 1
         return self._finish()
 

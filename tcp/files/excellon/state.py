@@ -183,7 +183,7 @@ class State:
         Its gate, the barriers before and behind it and whether none but its
         own commands stand inside, tells later whether it may move.
         """
-        if self.pattern is not None and self.copies:
+        if self.pattern is not None and self.copies and self.pattern[0] < self.pattern[1]:
             lines = (self.pattern_line, self.at)
             self.patterns.append(Pattern(*self.pattern, tuple(self.copies), lines))
             alone = self.barrier - self.pattern_enter == self.pattern_codes
