@@ -29,6 +29,7 @@ from tcp.exact.branch_and_cut.proof import (
     ceiling,
     verdict,
 )
+from tcp.exact.branch_and_cut.refine import refined
 from tcp.exact.branch_and_cut.relaxation import Answer, Relaxation, SetBranch
 from tcp.exact.branch_and_cut.subtours import component_cuts, interval_cuts, minimum_cuts
 from tcp.exact.branch_and_cut.support import Support
@@ -52,6 +53,9 @@ KNOWN = 0.3
 
 FEW_COMBS = 10
 """With fewer combs, teeth are sought along the LP solution as well."""
+
+HAIR = 1e-7
+"""Part of the cost within which the LP's value and the incumbent's count as equal."""
 
 POOLED_A_ROUND = 250
 """Most cuts that come back from the pool at once."""
@@ -110,7 +114,7 @@ class Cutter:
     clock: Clock
     pool: Pool = field(default_factory=Pool)
     alive: Alive = field(default_factory=Alive.everything)
-    listen: Callable[[int | None, str], None] = lambda bound, note: None
+    listen: Callable[[int, Duals], None] = lambda bound, duals: None
     improve: Callable[[Support], None] = lambda support: None
     polish: Callable[[], None] = lambda: None
     rounds: int = 0
@@ -151,7 +155,7 @@ class Cutter:
             if value > best[0]:
                 bound = ceiling(found.scaled, duals.scale, self.problem.granularity)
                 best = (value, duals, bound)
-                self.listen(bound, "")
+                self.listen(bound, duals)
             if self._closes(best[2]):
                 return NodeResult(best[1], best[2], closed=True)
             if stop:
@@ -159,7 +163,7 @@ class Cutter:
             if self._admit(found):
                 history.clear()
             elif not pending:
-                return NodeResult(best[1], best[2])
+                return self._refined(fixings, NodeResult(best[1], best[2]))
 
     def _support(self) -> Support:
         return Support.of(self.problem.size, self.lp.i, self.lp.j, self.lp.x)
@@ -174,6 +178,18 @@ class Cutter:
         if cost is None:
             return False
         return self.lp.objective > cost - self.problem.granularity * (1.0 - 1e-3)
+
+    def _refined(self, fixings: Fixings, result: NodeResult) -> NodeResult:
+        """Try finer duals where the LP's value would close the node and its floats do not."""
+        cost = self.incumbent.cost
+        if cost is None or self.lp.objective < cost - self.problem.granularity - HAIR * cost:
+            return result
+        duals = refined(self.lp, self.lp.duals())
+        found = verdict(self.problem, duals, fixings, self.alive)
+        bound = ceiling(found.scaled, duals.scale, self.problem.granularity)
+        if result.bound is not None and bound <= result.bound:
+            return result
+        return NodeResult(duals, bound, closed=self._closes(bound))
 
     def _infeasible(self, fixings: Fixings) -> NodeResult | None:
         """Prove the node empty, or price in pairs that make its LP feasible (then None)."""

@@ -85,7 +85,7 @@ class Prices:
         """
         ptr, sets = self.membership
         found = np.empty((4, capacity), np.int64)
-        count, negative = _all_pairs(
+        count, high, low = _all_pairs(
             self.problem.geometry,
             self.scale,
             self.pi,
@@ -97,7 +97,7 @@ class Prices:
             found,
         )
         i, j, cost, rc = found[:, : min(count, capacity)]
-        return i, j, cost, rc, count, negative
+        return i, j, cost, rc, count, (int(high) << 31) + int(low)
 
 
 @njit(inline="always", cache=True)
@@ -148,9 +148,9 @@ def _all_pairs(
     weights: Ints,
     limit: int,
     found: Ints,
-) -> tuple[int, int]:
+) -> tuple[int, int, int]:
     size, capacity = len(pi), found.shape[1]
-    count, negative = 0, np.int64(0)
+    count, high, low = 0, np.int64(0), np.int64(0)  # the sum in two halves: it may not fit one
     for i in range(size):
         for j in range(i + 1, size):
             cost = edge_cost(geometry, i, j)
@@ -159,9 +159,10 @@ def _all_pairs(
             rc = scale * cost - pi[i] - pi[j] - _separated(ptr, sets, weights, i, j)
             if rc >= limit:
                 continue
-            negative += min(rc, 0)
+            high += min(rc, 0) >> 31
+            low += min(rc, 0) & 0x7FFFFFFF
             if count < capacity:
                 found[0, count], found[1, count] = i, j
                 found[2, count], found[3, count] = cost, rc
             count += 1
-    return count, negative
+    return count, high, low

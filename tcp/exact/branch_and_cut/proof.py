@@ -26,7 +26,10 @@ from tcp.travel import Ints
 Floats = NDArray[np.float64]
 
 ROOM = 2**60
-"""Scaled quantities, and sums of them over all nodes, stay below this."""
+"""Every scaled potential and reduced cost stays below this; their sums are Python integers."""
+
+FINEST = 2**30
+"""Largest scale: finer duals would only make certificates longer."""
 
 ADMITTED = 3000
 """Most pairs that one pricing of all pairs offers to the LP."""
@@ -60,7 +63,7 @@ class Duals:
     @property
     def constant(self) -> int:
         """The bound's part that no pair enters: sum 2 pi + sum y rhs."""
-        return 2 * int(self.pi.sum()) + sum(y * rhs for _, rhs, y in self.cuts)
+        return 2 * exact_sum(self.pi) + sum(y * rhs for _, rhs, y in self.cuts)
 
 
 @dataclass(frozen=True, eq=False)
@@ -124,15 +127,16 @@ class Verdict:
 
 
 def scale_for(problem: Problem, potentials: Floats, weights: Floats) -> int:
-    """The largest scale up to 2^30 that keeps every sum below :data:`ROOM`.
+    """The largest scale up to :data:`FINEST` that keeps every quantity below :data:`ROOM`.
+
+    ``weights`` are those of all sets of all cuts.
 
     Basic duals are fractions with small denominators, so a multiple of 2520
     (or of a part of it) often represents them exactly, where a power of two
     would leave every pair of the basis a little off.
     """
     reach = 4.0 * (problem.peak + np.abs(potentials).max(initial=0.0) + weights.sum()) + 1
-    total = reach * (problem.size + len(weights))
-    most = int(max(1.0, min(2.0**30, ROOM / total)))
+    most = int(max(1.0, min(float(FINEST), ROOM / reach)))
     base = next(part for part in (2520, 840, 120, 60, 12, 6, 2, 1) if part <= most)
     return base << ((most // base).bit_length() - 1)
 
@@ -155,7 +159,8 @@ def rounded(
     """
     factor = unit or 1.0
     y = np.array([d if eq else max(d, 0.0) for _, _, d, eq in rows]) * factor
-    scale = scale_for(problem, pi * factor, np.abs(y))
+    sets = np.array([len(cut.sets) for cut, _, _, _ in rows])
+    scale = scale_for(problem, pi * factor, np.abs(y) * sets)
     whole = np.rint(y * scale).astype(np.int64).tolist()
     cuts = tuple((cut, rhs, w) for (cut, rhs, _, _), w in zip(rows, whole, strict=True) if w)
     return Duals(np.rint(pi * factor * scale).astype(np.int64), cuts, scale if unit else 0)
@@ -174,10 +179,10 @@ def verdict(problem: Problem, duals: Duals, fixings: Fixings, alive: Alive) -> V
         rc = prices.of(alive.i, alive.j, alive.cost)
         below = np.nonzero(rc < 0)[0]
         i, j, rc, keys = alive.i[below], alive.j[below], rc[below], alive.keys[below]
-        negative = int(rc.sum())
+        negative = exact_sum(rc)
     total += int(negative)
     out, inside = np.isin(keys, fixings.outside), np.isin(keys, fixings.inside)
-    total -= int(rc[out | inside].sum())
+    total -= exact_sum(rc[out | inside])
     total += _inside(problem, prices, fixings)
     free = np.nonzero(~out & ~inside)[0]
     order = free[np.argsort(rc[free], kind="stable")]
@@ -187,7 +192,12 @@ def verdict(problem: Problem, duals: Duals, fixings: Fixings, alive: Alive) -> V
 def _inside(problem: Problem, prices: Prices, fixings: Fixings) -> int:
     """Contribution of the pairs that are in."""
     i, j = problem.pairs(fixings.inside)
-    return int(prices.of(i, j, problem.costs(i, j)).sum())
+    return exact_sum(prices.of(i, j, problem.costs(i, j)))
+
+
+def exact_sum(values: Ints) -> int:
+    """The sum as a Python integer, which cannot overflow."""
+    return int(values.sum(dtype=object))
 
 
 def ceiling(scaled: int, scale: int, granularity: int) -> int:
@@ -213,7 +223,7 @@ def survivors(
     limit : int
         How many survivors are few enough.
     """
-    slack = need * duals.scale - scaled
+    slack = min(need * duals.scale - scaled, ROOM)
     prices = duals.prices(problem)
     if alive.keys is not None:
         rc = prices.of(alive.i, alive.j, alive.cost)

@@ -15,6 +15,7 @@ from enum import Enum
 
 import highspy
 import numpy as np
+from numpy.typing import NDArray
 
 from tcp.exact.branch_and_cut.cuts import Cut, Family, columns, rows
 from tcp.exact.branch_and_cut.problem import Problem
@@ -335,6 +336,36 @@ class Relaxation:
         """The last solution's duals as integers, whatever rows came or went since."""
         return self._rounded(self._row_dual, self._priced, self.unit)
 
+    def free_columns(self) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+        """Which columns are basic, and which of all are not fixed at this node."""
+        lower, upper = self._bounds_of(self.keys)
+        status = self._h.getBasis().col_status
+        return np.array([s == BASIC for s in status]), lower < upper
+
+    def corrections(self, costs: Floats, tight: NDArray[np.bool_]) -> Floats | None:
+        """Row duals of the same LP under other costs, from the same basis; None if there are none.
+
+        Rows of cuts that are ``tight`` become equations, so that their duals may have any sign.
+        """
+        h = self._copy(costs)
+        h.setBasis(self._h.getBasis())
+        h.setOptionValue("primal_feasibility_tolerance", 1e-10)
+        h.setOptionValue("dual_feasibility_tolerance", 1e-10)
+        for row in np.nonzero(tight)[0].tolist():
+            rhs = float(self.rhs_of(self.cuts[row]))
+            h.changeRowBounds(self.problem.size + row, rhs, rhs)
+        h.run()
+        if h.getModelStatus() != highspy.HighsModelStatus.kOptimal:
+            return None
+        return np.array(h.getSolution().row_dual)
+
+    def _copy(self, costs: Floats) -> highspy.Highs:
+        """Another solver with the same rows, columns and bounds."""
+        lp, h = self._h.getLp(), highs()
+        h.passModel(lp)
+        h.changeColsCost(lp.num_col_, np.arange(lp.num_col_, dtype=np.int32), costs)
+        return h
+
     @property
     def solved(self) -> bool:
         """Whether there has been a solution."""
@@ -344,10 +375,18 @@ class Relaxation:
         size = self.problem.size
         listed: list[tuple[Cut, int, float, bool]] = []
         for cut, dual in zip(cuts, row_dual[size:].tolist(), strict=True):
-            branch = self._branches.get(cut.key)
-            rhs = 4 if branch is not None and branch.four else cut.rhs
-            listed.append((cut, rhs, dual, branch is not None and not branch.four))
+            listed.append((cut, self.rhs_of(cut), dual, self.is_equation(cut)))
         return rounded(self.problem, row_dual[:size], listed, unit)
+
+    def rhs_of(self, cut: Cut) -> int:
+        """What the cut demands at this node: its own right-hand side, or a branch's 4."""
+        branch = self._branches.get(cut.key)
+        return 4 if branch is not None and branch.four else cut.rhs
+
+    def is_equation(self, cut: Cut) -> bool:
+        """Whether a branch has made the cut an equation: its dual may have any sign."""
+        branch = self._branches.get(cut.key)
+        return branch is not None and not branch.four
 
     def probe(self, iterations: int) -> float:
         """Objective (quanta) after a few dual simplex iterations; inf if infeasible."""
@@ -387,12 +426,8 @@ class Relaxation:
         Solves the elastic LP: no costs, every row may be missed at a cost of 1
         a unit.  Its duals are a Farkas ray when its optimum is positive.
         """
-        lp = self._h.getLp()
-        count, columns_ = lp.num_row_, lp.num_col_
-        h = highs()
-        h.passModel(lp)
-        everything = np.arange(columns_, dtype=np.int32)
-        h.changeColsCost(columns_, everything, np.zeros(columns_))
+        count = self.problem.size + len(self.cuts)
+        h = self._copy(np.zeros(len(self.keys)))
         ones, free = np.ones(count), np.full(count, highspy.kHighsInf)
         start = np.arange(count, dtype=np.int32)
         for sign in (1.0, -1.0):

@@ -13,6 +13,7 @@ from tcp.exact.branch_and_cut.cutting import Cutter, Incumbent
 from tcp.exact.branch_and_cut.evidence import certificate, trivial
 from tcp.exact.branch_and_cut.primal import Repair, polish, start
 from tcp.exact.branch_and_cut.problem import Problem
+from tcp.exact.branch_and_cut.proof import Duals
 from tcp.exact.branch_and_cut.relaxation import Relaxation
 from tcp.exact.branch_and_cut.saved import load, replant
 from tcp.exact.branch_and_cut.tree import Tree
@@ -52,7 +53,8 @@ def run(
     start_route : sequence of int, optional
         A route to begin with instead of the local search's.
     save_state : path, optional
-        Where to keep an unfinished certificate, written every half minute.
+        Where to keep an unfinished certificate: written at the start, and every half minute
+        between nodes and while the root is being cut.
     resume : path, optional
         Such a file: the proof goes on from there.
 
@@ -115,18 +117,24 @@ class _Engine:
         self.tree = Tree(cutter, news=self._proved, saved=self._save)
         if state is not None and origin is not None:
             replant(state, self.tree, origin)
-        self._due = self.clock.elapsed + SAVE_EVERY
+        self._due = self.clock.elapsed
+        self._save(self.tree)
         self.tree.run()
         return self._outcome()
 
     def _save(self, tree: Tree) -> None:
-        """Write the state when it is due; never for more than a tenth of the time."""
-        now = self.clock.elapsed
-        if self.save_state is None or (tree.heap and not tree.stopped and now < self._due):
-            return
-        route, bound = self._route(), self._bound()
+        """Write the state between two nodes: when it is due, and at the end."""
+        bound = self._bound()
         if bound is not None:
-            write(certificate(self.instance, tree, bound, route), self.save_state)
+            self._write(bound, not tree.heap or tree.stopped)
+
+    def _write(self, bound: int, at_once: bool = False) -> None:
+        """Write the state; twice a minute, and never for more than a tenth of the time."""
+        now = self.clock.elapsed
+        if self.save_state is None or (now < self._due and not at_once):
+            return
+        state = certificate(self.instance, self.tree, bound, self._route())
+        write(state, self.save_state)
         self._due = now + max(SAVE_EVERY, 10 * (self.clock.elapsed - now))
 
     # -- news --------------------------------------------------------------
@@ -134,10 +142,16 @@ class _Engine:
     def _heard(self) -> None:
         self._tell("route")
 
-    def _proved_here(self, bound: int | None, note: str) -> None:
+    def _proved_here(self, bound: int, duals: Duals) -> None:
         """A bound at one node: it holds for all only while that node is the root."""
-        if len(self.tree.nodes) == 1 and bound is not None:
-            self._proved(bound, 1)
+        root = self.tree.nodes[0]
+        if root.children:
+            return
+        if root.duals is None or bound > root.bound:
+            root.bound, root.duals = bound, duals
+        self._proved(bound, 1)
+        cost = self.incumbent.cost
+        self._write(root.bound if cost is None else min(root.bound, cost))
 
     def _proved(self, bound: int, open_nodes: int) -> None:
         self.open_nodes = open_nodes
