@@ -483,6 +483,8 @@ def relative(tree: list[Data]) -> list[Data]:
     order, stack = [], [(0, None, None)]
     while stack:
         at, parent, slot = stack.pop()
+        if len(order) > 4 * len(tree):
+            raise Inapplicable  # an earlier mutation has made a loop
         node = json.loads(json.dumps(tree[at]))
         if parent is not None:
             container, key = (parent, "child") if slot is None else (parent["children"], slot)
