@@ -1,12 +1,22 @@
 """Routers side by side at equal wall time, into docs/routers.md.
 
-    python benchmarks/routers.py [--seconds 5] [--seeds 3] [--instances a,b] [--routers x,y]
+    python benchmarks/routers.py [--minutes 60] [--seconds 5,30] [--seeds 5]
+                                 [--instances a,b] [--models sequential,...] [--routers x,y]
+    python benchmarks/routers.py --list       # what would run, and for how long
+    python benchmarks/routers.py --table      # docs/routers.md from the runs so far
 
-Open path, one process, one router after another.  Peers are optional: those
-not installed are left out and named.  A peer that takes a matrix gets the tour
-form's, virtual node included, so that it solves the open path itself; what it
-rounds is re-costed exactly.  Instances: TSPLIB and VLSI files of the corpus
-(``TCP_CORPUS`` or ``../shared/corpus``) where it is there, and generated ones.
+Open path; one run at a time, each in a process of its own, which tells its peak memory; making a
+peer's matrix and compiling count for nobody.  One line of JSON a run is appended to
+benchmarks/results/routers.jsonl.  A call starts no run after ``--minutes``; the same command goes
+on where the last one stopped, seed by seed, so that the table is fair at any time.  The default
+selection at 5 s and one seed takes about an hour, all of it about fifteen; a run that has not
+ended at three times its limit and 60 s more is noted as late.
+
+Instances: the largest tools of real boards (simultaneous axes), TSPLIB and VLSI files, generated
+ones (uniform, clustered, lattice), all in three travel models.  The gap is to the best certified
+lower bound in benchmarks/results (proofs.jsonl, boards.jsonl); where there is none, to the best
+route known from any run here, which the table marks with a star.  The corpus is in ``TCP_CORPUS``
+or ``../shared/corpus``; what is not there is left out and named.
 """
 
 from __future__ import annotations
@@ -15,259 +25,296 @@ import argparse
 import json
 import os
 import platform
+import resource
 import statistics
+import subprocess
+import sys
 import time
-from collections.abc import Callable
-from importlib import import_module
+import tomllib
+from collections import defaultdict
+from collections.abc import Iterator
+from dataclasses import asdict, dataclass
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+from peers import ROUTERS
 
-from tcp import Instance, Model, Stop, Travel, Workpiece
-from tcp.files.tsplib import read
-from tcp.heuristics.local_search.run import warm_up
-from tcp.solve import solve
+from tcp import Instance, Model, Travel, Workpiece
 
-CORPUS = Path(os.environ.get("TCP_CORPUS", Path(__file__).parents[2] / "shared" / "corpus"))
+ROOT = Path(__file__).resolve().parents[1]
+CORPUS = Path(os.environ.get("TCP_CORPUS", ROOT.parent / "shared" / "corpus"))
+RESULTS = ROOT / "benchmarks" / "results"
+RUNS = RESULTS / "routers.jsonl"
+PAGE = ROOT / "docs" / "routers.md"
+HINTS = ROOT / "tests" / "files" / "board_hints.toml"
 
-Router = Callable[[Instance, float, int], list[int]]
-
-
-def ours(instance: Instance, seconds: float, seed: int) -> list[int]:
-    result = solve(instance, "local-search", stop=Stop(time=seconds), seed=seed)
-    return instance.tour(result.route)
-
-
-def fast_tsp(instance: Instance, seconds: float, seed: int) -> list[int]:
-    module = import_module("fast_tsp")
-    matrix = instance.form.full_matrix()
-    scale = max(1.0, matrix.max() / 65_000)  # it takes 16-bit distances
-    return module.find_tour(np.rint(matrix / scale).astype(np.uint16), duration_seconds=seconds)
-
-
-def elkai(instance: Instance, seconds: float, seed: int) -> list[int]:
-    """LKH has no time limit here: one run, reported with the time it took."""
-    module = import_module("elkai")
-    return module.DistanceMatrix(instance.form.full_matrix().tolist()).solve_tsp(runs=1)[:-1]
+BOARDS = (  # the tool with the most holes of each
+    "allegro-parallella-MetaModule.drl:1",
+    "altium-LimeSDR-QPCIe-round.txt:1",
+    "kicad-Thunderscope-5.3.drl:1",
+    "kicad-c4puter-motherboard.drl:1",
+    "siemens-80101-ThruHolePlated.ncd:1",
+    "eagle-axiom-beta-main.xln:1",
+)
+FILES = ("pcb442", "pbd984", "pcb1173", "dka1376", "pcb3038", "rl5915")
+MADE = ("uniform1000", "clustered1000", "lattice900", "uniform10000")
+METRICS = {"sequential": "manhattan", "simultaneous": "chebyshev", "euclidean": "euclidean"}
+"""Our names of the travel models, and those in proofs.jsonl."""
 
 
-def python_tsp(instance: Instance, seconds: float, seed: int) -> list[int]:
-    module = import_module("python_tsp.heuristics")
-    matrix = instance.form.full_matrix()
-    np.random.seed(seed)  # noqa: NPY002  (the peer draws from the global generator)
-    tour, _ = module.solve_tsp_local_search(matrix, max_processing_time=seconds)
-    return tour
+@dataclass(frozen=True)
+class Job:
+    """One run."""
+
+    router: str
+    instance: str
+    model: str
+    seconds: float
+    seed: int
+
+    @property
+    def key(self) -> str:
+        return json.dumps(asdict(self), sort_keys=True)
 
 
-def pyvrp(instance: Instance, seconds: float, seed: int) -> list[int]:
-    module, stop = import_module("pyvrp"), import_module("pyvrp.stop")
-    matrix = instance.form.full_matrix()
-    n = len(matrix)
-    data = module.ProblemData(
-        clients=[module.Client(0, 0) for _ in range(n - 1)],
-        depots=[module.Depot(0, 0)],
-        vehicle_types=[module.VehicleType()],
-        distance_matrices=[matrix],
-        duration_matrices=[np.zeros_like(matrix)],
-    )
-    best = module.solve(data, stop=stop.MaxRuntime(seconds), seed=seed, display=False).best
-    return [0, *best.routes()[0].visits()]
-
-
-def or_tools(instance: Instance, seconds: float, seed: int) -> list[int]:
-    from ortools.constraint_solver import pywrapcp, routing_enums_pb2
-
-    matrix = instance.form.full_matrix().tolist()
-    manager = pywrapcp.RoutingIndexManager(len(matrix), 1, 0)
-    model = pywrapcp.RoutingModel(manager)
-    transit = model.RegisterTransitMatrix(matrix)
-    model.SetArcCostEvaluatorOfAllVehicles(transit)
-    search = pywrapcp.DefaultRoutingSearchParameters()
-    search.first_solution_strategy = routing_enums_pb2.FirstSolutionStrategy.PATH_CHEAPEST_ARC
-    search.local_search_metaheuristic = (
-        routing_enums_pb2.LocalSearchMetaheuristic.GUIDED_LOCAL_SEARCH
-    )
-    search.time_limit.FromMilliseconds(int(seconds * 1000))
-    solution = model.SolveWithParameters(search)
-    tour, index = [], model.Start(0)
-    while not model.IsEnd(index):
-        tour.append(manager.IndexToNode(index))
-        index = solution.Value(model.NextVar(index))
-    return tour
-
-
-def nearest(instance: Instance, seconds: float, seed: int) -> list[int]:
-    """Nearest neighbour from the first hole of the file."""
-    form = instance.form
-    left, tour = np.ones(form.real, bool), [0]
-    left[0] = False
-    for _ in range(form.real - 1):
-        rest = np.flatnonzero(left)
-        nearby = rest[np.argmin(form.costs(np.full(rest.size, tour[-1]), rest))]
-        tour.append(int(nearby))
-        left[nearby] = False
-    return [*tour, form.virtual] if form.virtual >= 0 else tour
-
-
-def two_opt(instance: Instance, seconds: float, seed: int) -> list[int]:
-    """Nearest neighbour, then all improving 2-opt moves until none is left or time is up."""
-    form, began = instance.form, time.perf_counter()
-    tour = np.array(nearest(instance, seconds, seed))
-    improved = True
-    while improved:
-        improved = False
-        for i in range(form.size - 1):
-            if time.perf_counter() - began > seconds:
-                return tour.tolist()
-            after = np.roll(tour, -1)
-            j = np.arange(i + 1, form.size)
-            a, b = np.full(j.size, tour[i]), np.full(j.size, after[i])
-            gain = form.costs(a, b) + form.costs(tour[j], after[j])
-            gain -= form.costs(a, tour[j]) + form.costs(b, after[j])
-            best = int(np.argmax(gain))
-            if gain[best] > 0:
-                k = int(j[best])
-                tour[i + 1 : k + 1] = tour[i + 1 : k + 1][::-1].copy()
-                improved = True
-    return tour.tolist()
-
-
-ROUTERS: dict[str, tuple[Router, str, int]] = {  # name: router, package, most nodes
-    "tcp local-search": (ours, "tcp-drill", 10**9),
-    "fast-tsp": (fast_tsp, "fast_tsp", 6_000),
-    "OR-Tools routing (GLS)": (or_tools, "ortools", 6_000),
-    "PyVRP": (pyvrp, "pyvrp", 6_000),
-    "elkai (LKH), no limit": (elkai, "elkai", 1_500),
-    "python-tsp": (python_tsp, "python_tsp", 1_500),
-    "nearest neighbour": (nearest, "numpy", 10**5),
-    "nearest neighbour + 2-opt": (two_opt, "numpy", 10_000),
-}
+# --- instances ----------------------------------------------------------------------------
 
 
 def generated(name: str) -> Workpiece:
     """``uniform1000``, ``clustered1000`` or ``lattice900``, seed 0."""
     kind = name.rstrip("0123456789")
     n, rng = int(name[len(kind) :]), np.random.default_rng(0)
+    side = 40 * int(1_000 * n**0.5 / 31)
     if kind == "lattice":
-        side = round(n**0.5)
-        y, x = (v.ravel().astype(np.int64) * 100 for v in np.mgrid[:side, :side])
+        edge = round(n**0.5)
+        y, x = (v.ravel().astype(np.int64) * 100 for v in np.mgrid[:edge, :edge])
     elif kind == "clustered":
-        centres = rng.integers(0, 40_000, (2, n // 50))
+        centres = rng.integers(0, side, (2, n // 50))
         x, y = (centres[:, np.arange(n) % (n // 50)] + rng.normal(0, 500, (2, n))).astype(np.int64)
     else:
-        x, y = rng.integers(0, 40_000, (2, n))
+        x, y = rng.integers(0, side, (2, n))
     return Workpiece(name, tuple(map(str, range(x.size))), x, y)
 
 
-def load(name: str) -> Workpiece:
+def workpiece(name: str) -> Workpiece | None:
+    """A board's tool (``file:tool``), a corpus file, or a generated one; None if not here."""
+    board, colon, tool = name.partition(":")
+    if colon:
+        from tcp.files.excellon import hints, read_program
+        from tcp.files.excellon.piece import workpiece as piece
+
+        path = CORPUS / "boards" / board
+        known = tomllib.loads(HINTS.read_text()).get(board, {})
+        return piece(read_program(path, hints(**known)), int(tool)) if path.exists() else None
     for folder in ("tsplib", "vlsi"):
         path = CORPUS / folder / f"{name}.tsp"
         if path.exists():
+            from tcp.files.tsplib import read
+
             return read(path, units="mm").workpiece
-    return generated(name)
+    return None if name in FILES else generated(name)
+
+
+def make(name: str, model: str) -> Instance | None:
+    piece = workpiece(name)
+    quantum = 1 if model == "euclidean" and ":" not in name else None
+    return None if piece is None else Instance(piece, Travel(Model(model), quantum=quantum))
+
+
+def bounds() -> dict[tuple[str, str], int]:
+    """The best lower bound of each instance and model that is certified, in quanta."""
+    known: dict[tuple[str, str], int] = defaultdict(int)
+    models = {metric: model for model, metric in METRICS.items()}
+    for row in records(RESULTS / "proofs.jsonl"):
+        if row["section"] == "open" and row["bound"] is not None:
+            key = row["name"], models[row["metric"]]
+            known[key] = max(known[key], row["bound"])
+    for row in records(RESULTS / "boards.jsonl"):
+        key = f"{row['board']}:{row['tool']}", "simultaneous"
+        known[key] = max(known[key], row["bound"])
+    return known
+
+
+def records(path: Path) -> list[dict[str, Any]]:
+    return [json.loads(line) for line in path.read_text().splitlines()] if path.exists() else []
+
+
+# --- runs ---------------------------------------------------------------------------------
+
+
+def jobs(given: argparse.Namespace) -> Iterator[Job]:
+    """All runs that are asked for: seed by seed, short ones first."""
+    for seed in range(given.seeds):
+        for seconds in given.seconds:
+            for name in given.instances:
+                for model in ("simultaneous",) if ":" in name else given.models:
+                    for router in given.routers:
+                        if seed == 0 or ROUTERS[router].seeded:
+                            yield Job(router, name, model, seconds, seed)
+
+
+def run(given: argparse.Namespace) -> None:
+    """Make the runs that are missing, until the time is up."""
+    done = {row["key"] for row in records(RUNS)}
+    until = time.monotonic() + 60 * given.minutes
+    RUNS.parent.mkdir(parents=True, exist_ok=True)
+    for job in jobs(given):
+        if time.monotonic() > until:
+            print("time is up; the same command goes on from here")
+            return
+        if job.key in done:
+            continue
+        row = measured(job)
+        with RUNS.open("a") as file:
+            file.write(json.dumps(row) + "\n")
+        print({k: v for k, v in row.items() if k not in ("key", "load")}, flush=True)
+
+
+def measured(job: Job) -> dict[str, Any]:
+    """The row of one run, made in a process of its own."""
+    row: dict[str, Any] = {"key": job.key, **asdict(job), "load": round(os.getloadavg()[0], 1)}
+    words = [sys.executable, __file__, "--one", job.key]
+    try:
+        done = subprocess.run(
+            words, capture_output=True, text=True, timeout=3 * job.seconds + 60, check=False
+        )
+    except subprocess.TimeoutExpired:
+        return row | {"outcome": "late"}
+    if done.returncode:
+        return row | {"outcome": (done.stderr.strip().splitlines() or ["failed"])[-1][:200]}
+    return row | json.loads(done.stdout.splitlines()[-1])
+
+
+def one(job: Job) -> dict[str, Any]:
+    """Run a router, in this process."""
+    router = ROUTERS[job.router]
+    try:
+        release = version(router.package)
+    except PackageNotFoundError:
+        return {"outcome": "not installed"}
+    instance = make(job.instance, job.model)
+    if instance is None:
+        return {"outcome": "not in the corpus here"}
+    size = {"holes": len(instance), "version": release}
+    if instance.form.size > router.most:
+        return size | {"outcome": "too large"}
+    food = router.prepare(instance)
+    began = time.perf_counter()
+    tour = router.call(food, job.seconds, job.seed)
+    took = time.perf_counter() - began
+    if sorted(tour) != list(range(instance.form.size)):
+        return size | {"outcome": "no tour"}
+    return size | {
+        "outcome": "ok",
+        "cost": instance.form.tour_cost(tour),
+        "took": round(took, 2),
+        "peak_mb": round(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024),
+    }
+
+
+# --- the page -----------------------------------------------------------------------------
+
+
+def page(rows: list[dict[str, Any]], note: str) -> str:
+    """docs/routers.md: a table for each time limit."""
+    if not rows:
+        return "# Routers side by side\n\nNo runs yet.\n"
+    known = bounds()
+    for row in rows:  # where nothing is certified, the best route of any run
+        if row["outcome"] == "ok" and known.get((row["instance"], row["model"]), 0) <= 0:
+            key = row["instance"], row["model"]
+            known[key] = max(known.get(key, -row["cost"]), -row["cost"])
+    lines = [
+        "# Routers side by side",
+        "",
+        "Generated by `python benchmarks/routers.py`; do not edit. Open path; gap of the median",
+        "(worst) seed to the best certified lower bound, or, with a star, to the best route of",
+        "any run. Equal wall time for all; seconds in brackets where a router overran it by 10 %.",
+        "",
+    ]
+    for seconds in sorted({row["seconds"] for row in rows}):
+        mine = [row for row in rows if row["seconds"] == seconds]
+        lines += [f"## {seconds:g} s", "", *table(mine, known), ""]
+    versions = {r["router"]: r["version"] for r in rows if "version" in r}
+    loads = [row["load"] for row in rows]
+    lines += [
+        f"Python {platform.python_version()}, {os.cpu_count()} cores, load average before a run "
+        f"{statistics.median(loads):.1f} in the median and {max(loads):.1f} at most; ours uses two "
+        "threads, the peers one. "
+        + ", ".join(f"{name} {release}" for name, release in versions.items())
+        + ". elkai wraps LKH, whose licence is for academic and non-commercial use: here it is "
+        "measured, never shipped.",
+        *(["", note] if note else []),
+        "",
+    ]
+    return "\n".join(lines)
+
+
+def table(rows: list[dict[str, Any]], known: dict[tuple[str, str], int]) -> list[str]:
+    """One line an instance and model, one column a router."""
+    routers = [name for name in ROUTERS if any(row["router"] == name for row in rows)]
+    groups: dict[tuple[str, str], dict[str, list[dict[str, Any]]]] = defaultdict(
+        lambda: defaultdict(list)
+    )
+    for row in rows:
+        groups[row["instance"], row["model"]][row["router"]].append(row)
+    lines = [
+        "| instance | holes | travel | seeds | " + " | ".join(routers) + " |",
+        "|---|--:|---|--:|" + "--:|" * len(routers),
+    ]
+    for (name, model), by_router in groups.items():
+        holes = max((r.get("holes", 0) for rs in by_router.values() for r in rs), default=0)
+        base = known.get((name, model), 0)
+        star = "" if base > 0 else "*"
+        seeds = max(len(rs) for rs in by_router.values())
+        cells = [cell(by_router.get(router, []), abs(base)) for router in routers]
+        lines.append(f"| {name}{star} | {holes} | {model} | {seeds} | " + " | ".join(cells) + " |")
+    return lines
+
+
+def cell(rows: list[dict[str, Any]], base: int) -> str:
+    """Median (worst) gap in percent."""
+    good = [row for row in rows if row["outcome"] == "ok"]
+    if not good:
+        return rows[0]["outcome"] if rows else "–"
+    costs = [row["cost"] for row in good]
+    median, worst = statistics.median_low(costs), max(costs)
+    gaps = [100 * (cost / base - 1) if base else 0.0 for cost in (median, worst)]
+    text = f"{gaps[0]:.2f} % ({gaps[1]:.2f})"
+    took = max(row["took"] for row in good)
+    return text + (f" [{took:.0f} s]" if took > 1.1 * good[0]["seconds"] + 0.1 else "")
+
+
+def words(text: str) -> list[str]:
+    return [part for part in text.split(",") if part]
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--seconds", type=float, default=5.0)
-    parser.add_argument("--seeds", type=int, default=3)
-    parser.add_argument(
-        "--instances", default="pcb442,pbd984,pcb1173,pcb3038,uniform1000,clustered1000,lattice900"
-    )
-    parser.add_argument("--models", default="sequential,simultaneous,euclidean")
-    parser.add_argument("--routers", default=",".join(ROUTERS))
-    parser.add_argument("--json", type=Path, default=Path("docs/routers.json"))
-    parser.add_argument("--out", type=Path, default=Path("docs/routers.md"))
-    args = parser.parse_args()
-    warm_up()
-    rows, missing = [], []
-    for router in args.routers.split(","):
-        call, package, most = ROUTERS[router]
-        try:
-            release = version("tcp-drill" if package == "tcp-drill" else package)
-        except PackageNotFoundError:
-            missing.append(router)
-            continue
-        for name in args.instances.split(","):
-            piece = load(name)
-            for model in args.models.split(","):
-                instance = Instance(piece, Travel(Model(model)))
-                if instance.form.size > most:
-                    continue
-                seeds = 1 if call in (nearest, two_opt, elkai) else args.seeds
-                rows.append(measure(router, release, call, instance, model, args.seconds, seeds))
-                print(rows[-1], flush=True)
-    args.json.write_text(json.dumps({"rows": rows, "missing": missing}, indent=1) + "\n")
-    args.out.write_text(report(rows, missing, args.seconds))
-
-
-def measure(
-    router: str,
-    release: str,
-    call: Router,
-    instance: Instance,
-    model: str,
-    seconds: float,
-    seeds: int,
-) -> dict[str, object]:
-    costs, took = [], []
-    for seed in range(seeds):
-        began = time.perf_counter()
-        tour = call(instance, seconds, seed)
-        took.append(time.perf_counter() - began)
-        if sorted(tour) != list(range(instance.form.size)):
-            raise SystemExit(f"{router} returned no tour of {instance.name}")
-        costs.append(instance.form.tour_cost(tour))
-    return {
-        "router": router,
-        "version": release,
-        "instance": instance.name,
-        "holes": len(instance),
-        "model": model,
-        "seeds": seeds,
-        "median": int(statistics.median_low(costs)),
-        "worst": max(costs),
-        "seconds": round(max(took), 2),
-    }
-
-
-def report(rows: list[dict], missing: list[str], seconds: float) -> str:
-    """One line an instance and model: the best median in quanta, and everybody's excess over it."""
-    routers = list(dict.fromkeys(r["router"] for r in rows))
-    lines = [
-        "# Routers side by side",
-        "",
-        "Generated by `python benchmarks/routers.py`; do not edit. Open path, "
-        f"{seconds:g} s of wall time each, one after another; excess of the median (worst) cost "
-        "over the best median of the row, seeds 0, 1, ... Where a router took longer than the "
-        "limit, its seconds are given.",
-        "",
-        "| instance | travel | best | " + " | ".join(routers) + " |",
-        "|---" * (3 + len(routers)) + "|",
-    ]
-    for key in dict.fromkeys((r["instance"], r["model"]) for r in rows):
-        row = {r["router"]: r for r in rows if (r["instance"], r["model"]) == key}
-        best = min(r["median"] for r in row.values())
-        cells = []
-        for name in routers:
-            if name not in row:
-                cells.append("–")
-                continue
-            r = row[name]
-            cell = f"{100 * (r['median'] / best - 1):.2f} % ({100 * (r['worst'] / best - 1):.2f})"
-            late = r["seconds"] > 1.1 * seconds + 0.5
-            cells.append(cell + (f" in {r['seconds']:.0f} s" if late else ""))
-        lines.append(f"| {key[0]} | {key[1]} | {best} | " + " | ".join(cells) + " |")
-    releases = ", ".join(dict.fromkeys(f"{r['router']} {r['version']}" for r in rows))
-    lines += [
-        "",
-        f"Python {platform.python_version()}, {os.cpu_count()} cores, load average "
-        f"{os.getloadavg()[2]:.1f}; ours uses two threads, the peers one. {releases}."
-        + (f" Not installed here: {', '.join(missing)}." if missing else ""),
-        "",
-    ]
-    return "\n".join(lines)
+    parser.add_argument("--minutes", type=float, default=60.0, help="Start no run after that.")
+    parser.add_argument("--seconds", type=lambda t: [float(s) for s in words(t)], default=[5, 30])
+    parser.add_argument("--seeds", type=int, default=5)
+    parser.add_argument("--instances", type=words, default=[*BOARDS, *FILES, *MADE])
+    parser.add_argument("--models", type=words, default=list(METRICS))
+    parser.add_argument("--routers", type=words, default=list(ROUTERS))
+    parser.add_argument("--list", action="store_true")
+    parser.add_argument("--table", action="store_true")
+    parser.add_argument("--note", default="", help="A sentence about the machine, for the page.")
+    parser.add_argument("--one", help=argparse.SUPPRESS)
+    given = parser.parse_args()
+    if given.one:
+        print(json.dumps(one(Job(**json.loads(given.one)))))
+        return
+    if given.list:
+        every = list(jobs(given))
+        longest = sum(job.seconds + 3 for job in every) / 3600
+        print(f"{len(every)} runs, {longest:.1f} hours at most; {given.minutes:g} minutes a call")
+        return
+    if not given.table:
+        run(given)
+    PAGE.write_text(page(records(RUNS), given.note))
 
 
 if __name__ == "__main__":
