@@ -5,10 +5,10 @@
 
 Uniform random holes, simultaneous axes, open path.  Every size runs in a process of its own, so
 that its peak memory is its own: the holes are written as a CSV file, read, routed within the
-size's time limit, validated and written, as ``tcp solve --out`` does.  A second process then computes a proved
-lower bound, Held and Karp's one-tree bound in exact integers, within a limit of its own.  One line
-of JSON a size is kept in benchmarks/results/scaling.jsonl; an interrupted run goes on where it
-stopped.  All sizes together take less than 25 minutes.
+size's time limit, validated and written, as ``tcp solve --out`` does.  A second process then
+computes a proved lower bound, Held and Karp's one-tree bound in exact integers, within a limit of
+its own.  One line of JSON a size is kept in benchmarks/results/scaling.jsonl; an interrupted run
+goes on where it stopped.  All sizes together take less than 25 minutes.
 """
 
 from __future__ import annotations

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -79,7 +80,9 @@ def _hilbert_keys(x: Any, y: Any, bits: int) -> Any:
     return keys
 
 
-def near_nodes(ground: Ground, real: int, width: int) -> tuple[NDArray[np.int32], Ints]:
+def near_nodes(
+    ground: Ground, real: int, width: int, late: Callable[[], bool] = lambda: False
+) -> tuple[NDArray[np.int32], Ints]:
     """Candidate nodes of every real node and their costs, nearest first.
 
     Parameters
@@ -91,6 +94,9 @@ def near_nodes(ground: Ground, real: int, width: int) -> tuple[NDArray[np.int32]
     width : int
         Wanted length of a list: the nearest nodes, but at least one from
         every quadrant where there is one close by.
+    late : callable
+        Asked after every :data:`CHUNK` nodes; if it is too late, the lists that
+        are still missing stay empty.
 
     Returns
     -------
@@ -119,6 +125,8 @@ def near_nodes(ground: Ground, real: int, width: int) -> tuple[NDArray[np.int32]
     where, p = points(ground, np.arange(real))
     tree = cKDTree(where)
     for low in range(0, real, CHUNK):
+        if low and late():
+            break
         found = tree.query(where[low : low + CHUNK], look, p=p)[1]
         balance = width // 2 if width > 4 else 0
         _pick(*ground.costs, low, found.astype(np.int32), near, dist, balance)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 
 from tcp.heuristics.local_search.ground import (
@@ -22,8 +24,10 @@ from tcp.kernels import pack
 from tcp.travel import Ints, Kind
 
 
-def survey(form: TourForm, width: int = 10) -> Ground:
+def survey(form: TourForm, width: int = 10, late: Callable[[], bool] = lambda: False) -> Ground:
     """Prepare ``form``: renumber its nodes, list the ``width`` best neighbours of each.
+
+    Where it gets ``late`` on the way, the lists stay empty.
 
     O(n log n) time and O(n) memory (an explicit matrix is copied).
     """
@@ -43,7 +47,7 @@ def survey(form: TourForm, width: int = 10) -> Ground:
         label=label,
         scales=factors,
     )
-    near, dist = near_nodes(bare, real, width)
+    near, dist = near_nodes(bare, real, width, late)
     dist[real:] = 0  # the virtual node's candidates vary
     return bare._replace(near=near, dist=dist)
 
