@@ -262,7 +262,6 @@ def test_ab_cycles_alternate_and_cover_the_difference():
 
 def test_without_time_for_a_survey_a_large_board_gets_the_curve(monkeypatch):
     monkeypatch.setattr("tcp.heuristics.local_search.neighbours.CHUNK", 100)
-    monkeypatch.setattr("tcp.heuristics.local_search.run.CHUNK", 100)
     instance = Instance(scattered(1_000), ends=Ends(start=7))
     hasty = solve(instance, "local-search", stop=Stop(time=0))
     assert hasty.status is Status.FEASIBLE and hasty.stopped is StopReason.TIME

@@ -10,10 +10,9 @@ from typing import Any
 import numpy as np
 
 from tcp.errors import InfeasibleError
-from tcp.heuristics.local_search import starts
+from tcp.heuristics.local_search import neighbours, starts
 from tcp.heuristics.local_search.anneal import FEW, RIPE, Search
 from tcp.heuristics.local_search.linking import linked_tour, panel_of
-from tcp.heuristics.local_search.neighbours import CHUNK
 from tcp.heuristics.local_search.survey import survey
 from tcp.instance import Instance, TourForm
 from tcp.result import Outcome, Progress, Report, silent
@@ -125,7 +124,9 @@ def improve(
         warm_up()
     width = WIDTH if form.size <= LARGE else NARROW
     ground = survey(form, width, late=lambda: clock.reason() is not None)
-    if tour is None and form.size > CHUNK and clock.reason() is not None:  # no time for more
+    if (
+        tour is None and form.size > neighbours.CHUNK and clock.reason() is not None
+    ):  # no time for more
         return [int(v) for v in ground.label[starts.curve(ground)]]
     if tour is None:
         order = starts.greedy(ground)
