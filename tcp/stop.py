@@ -78,6 +78,11 @@ class Clock:
         """Ask the solver to return what it has."""
         self._bell.set()
 
+    @property
+    def over(self) -> bool:
+        """Whether no time is left: used up, or interrupted."""
+        return self.interrupted or self.remaining == 0
+
     def part(self, stop: Stop) -> Clock:
         """A clock for a part of the work: interrupted with the whole, stopped by a wish of its own.
 

@@ -123,10 +123,8 @@ def improve(
     with clock.paused():
         warm_up()
     width = WIDTH if form.size <= LARGE else NARROW
-    ground = survey(form, width, late=lambda: clock.reason() is not None)
-    if (
-        tour is None and form.size > neighbours.CHUNK and clock.reason() is not None
-    ):  # no time for more
+    ground = survey(form, width, late=lambda: clock.over)
+    if tour is None and form.size > neighbours.CHUNK and clock.over:  # no time for more
         return [int(v) for v in ground.label[starts.curve(ground)]]
     if tour is None:
         order = starts.greedy(ground)
