@@ -54,10 +54,19 @@ def test_a_hole_whose_line_ends_the_rout_mode_is_a_unit_of_its_own():
         HEAD + b"X1Y1\nM25\nM01\nM02X1.5\nM08\nX2Y2\nM30\n",
         HEAD + b"X1Y1\nM25\nX3.Y4.\nM01\nM02X1.5M70\nM08\nX0.Y0.\x1a",
         HEAD + b"X1Y1\nM25\nX3.Y4.\nM01\nM02X1.5M70\nM08\nX0.Y0.",
+        HEAD + b"G91\nX1Y1\nX1\nG00X1Y1\nM15\nG90\nG01X9Y9\nM16\nG05\nX1Y1\nX2\nM30\n",
+        HEAD + b"X1Y1\nX2\nG00X1\nM15\nG91\nG01X9Y9\nM16\nG05\nX1Y1\nX2\nM30\n",
     ],
-    ids=["a path across a block", "an empty block", "ctrl-z behind a hole", "no last line end"],
+    ids=[
+        "a path across a block",
+        "an empty block",
+        "ctrl-z behind a hole",
+        "no last line end",
+        "a path that ends in G90",
+        "a path that ends in G91",
+    ],
 )
-def test_blocks_that_the_fuzzer_made(text):
+def test_blocks_and_paths_that_the_fuzzer_made(text):
     program = excellon.parse(text, hints=Hints(unfinished=True))
     assert rewrite.reorder(program, {}) == text
     view = folded(program)

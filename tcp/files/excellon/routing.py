@@ -32,6 +32,8 @@ class Routing(Patterns):
         if not self.open:
             self.open_first = self.at
             self.open_mark = Mark.COMPLETE if complete else Mark(0)
+            if self.incremental:
+                self.open_mark |= Mark.INCREMENTAL
             self.open_state = (self.barrier, self.compensated)
             if code or not named:
                 self.open_mark |= Mark.FIXED
@@ -78,6 +80,7 @@ class Routing(Patterns):
             mark |= Mark.FREE
         here, self.at = self.at, last
         row = self._row(Kind.ROUTE, (start.x, start.y, end.x, end.y), self.open_first, mark)
+        self.columns[8][row] = mark  # incremental or not as it began, not as it ends
         self.at, self.routes[row], self.open = here, moves, []
 
     def _drill_mode(self, alone: bool) -> None:
