@@ -200,6 +200,17 @@ def test_incremental_moves_that_lean_keep_their_section(lines, said):
     assert not board.changed and re.search(said, program.notes[-1])
 
 
+def test_a_hole_with_an_approach_of_its_own_is_one_and_stays():
+    text = "G21 G90\nG0 Z20\nG0 X5 Y5\nG0 Z2\nG1 Z-2 F9\nG0 Z2\n"
+    text += "".join(f"G0 X{x} Y5\nG1 Z-2\nG0 Z2\n" for x in (95, 7, 60))
+    program = program_of(text + "M2\n")
+    assert [x for _, x, _ in holes(program)] == [5, 95, 7, 60]
+    assert program.rows.stretch.tolist() == [0, 1, 1, 1]
+    full = "".join(f"G0 X{x} Y5\nG0 Z2\nG1 Z-2 F9\nG0 Z20\n" for x in (95, 7, 60))
+    program = program_of("G21 G90\nG0 Z20\n" + full + "M2\n")
+    assert program.rows.stretch.tolist() == [0, 0, 0]
+
+
 def test_a_rapid_to_a_place_and_a_height_is_followed():
     program = program_of("G21 G90\nG0 X5 Y5 Z9\nG81 Y3 Z-1 R1\nX7\nM30\n")
     assert holes(program) == [(0, 5, 3), (0, 7, 3)]

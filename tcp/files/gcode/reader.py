@@ -109,6 +109,7 @@ class _Reader:
         self.hover: tuple[int, str] | None = None
         self.plunge: list[str] = []
         self.depth = Decimal(0)
+        self.levels: set[str] = set()
         self.tool, self.pending = 0, 0
         self.at = self.barrier = self.places = 0
         self.columns = tuple(array("q") for _ in range(7))
@@ -197,6 +198,8 @@ class _Reader:
         if code in ("20", "21"):
             self._state_units(Units.INCH if code == "20" else Units.MM)
         elif code in ("90", "91"):
+            if self.absolute != (code == "90"):
+                self._end_plunge()
             self.absolute = code == "90"
             self.barrier += 1
         elif code in ("0", "1", "80") or code in _CYCLES:
@@ -321,22 +324,29 @@ class _Reader:
         by = "" if self.absolute else "by "
         self.plunge.append(f"G{self.motion} Z{by}{height} F{feed}")
         if self.absolute:
-            back, self.z = height == self.hover[1], height
+            here, self.z = height, height
         else:
             self.depth += Decimal(height)
-            back, self.z = self.depth == 0, self.hover[1] if self.depth == 0 else ""
-        if back:
+            here, self.z = f"by {self.depth.normalize()}", "" if self.depth else self.hover[1]
+        if not self._cut:
+            self.levels.add(here)  # an approach, from which the plunge begins
+        elif here in self.levels or here in (self.hover[1], "by 0"):
             self._end_plunge(closed=True)
+
+    @property
+    def _cut(self) -> bool:
+        """Whether the plunge has begun to drill."""
+        return any(move.startswith("G1") for move in self.plunge)
 
     def _end_plunge(self, closed: bool = False) -> None:
         """Close the hole that a plunge made; one that does not come back up is left alone."""
         if self.hover is not None and self.plunge:
-            if closed and any(move.startswith("G1") for move in self.plunge):
+            if closed and self._cut:
                 key = f"{self.plunge} from {self.hover[1]} {sorted(self.state.items())}"
                 self._row(self.hover[0], key)
             else:
                 self.barrier += 1
-        self.hover, self.plunge, self.depth = None, [], Decimal(0)
+        self.hover, self.plunge, self.depth, self.levels = None, [], Decimal(0), set()
 
     def _row(self, first: int, key: str) -> None:
         assert self.x is not None and self.y is not None
