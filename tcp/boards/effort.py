@@ -32,14 +32,20 @@ PROVER = "branch-and-cut"
 SEEKER = "local-search"
 AS_IS = "file order"
 
-LARGE = 1_500
-"""Nodes from which on the route is sought first: a proof in time is unlikely there."""
+LARGE = 500
+"""Nodes from which on the route is sought first: a proof in time is less likely there."""
+
+LATE = 3_000
+"""Nodes from which on the proof engine may have no good bound in time."""
 
 SEEK_SHARE = 0.2
 """Share of the time for the route alone above :data:`LARGE`; the proof engine improves it."""
 
 BOUND_SHARE = 0.2
-"""Share of the time for Held and Karp's bound, where the proof engine does not run or is late."""
+"""Share of the time for Held and Karp's bound, where the proof engine does not run."""
+
+RESERVE = 0.1
+"""The same where the engine runs and may be late."""
 
 GOOD = 0.01
 """Gap up to which Held and Karp's bound is not worth its time: it is seldom closer."""
@@ -111,8 +117,8 @@ def answer(
         found = solve(instance, SEEKER, stop=part, seed=seed, report=report, panels=panels)
         best = _better(best, found)
     if proves and not best.interrupted:
-        known: dict[str, Any] = {} if best.solver == AS_IS else {"start_route": best.route}
-        reserve = BOUND_SHARE if instance.form.size > LARGE else 0.0
+        known: dict[str, Any] = {"start_route": best.route} if share else {}
+        reserve = RESERVE if instance.form.size > LATE else 0.0
         left = Stop(max((1 - reserve) * seconds - best.seconds, 0.1))
         found = solve(
             instance, PROVER, stop=left, seed=seed, report=report, certificate=certificate, **known
@@ -120,7 +126,7 @@ def answer(
         best = _better(best, found)
     if best.bound is not None and best.bound >= (1 - GOOD) * best.cost:
         return best
-    return _bounded(instance, best, max(seconds - best.seconds, 0.5 * BOUND_SHARE * seconds))
+    return _bounded(instance, best, max(seconds - best.seconds, RESERVE * seconds))
 
 
 def _seek_share(instance: Instance, proves: bool) -> float:
