@@ -39,7 +39,9 @@ LATE = 3_000
 """Nodes from which on the proof engine may have no good bound in time."""
 
 SEEK_SHARE = 0.2
-"""Share of the time for the route alone above :data:`LARGE`; the proof engine improves it."""
+"""Share of the time for the route alone above :data:`LARGE`, half as much again above
+:data:`LATE`; the proof engine improves it.
+"""
 
 BOUND_SHARE = 0.2
 """Share of the time for Held and Karp's bound, where the proof engine does not run."""
@@ -133,6 +135,8 @@ def _seek_share(instance: Instance, proves: bool) -> float:
     """Share of the time for the local search before anything else."""
     if not proves:
         return 1 - BOUND_SHARE
+    if instance.form.size > LATE:
+        return 1.5 * SEEK_SHARE
     return SEEK_SHARE if instance.form.size > LARGE else 0.0
 
 
