@@ -17,7 +17,7 @@ import pytest
 from click.testing import CliRunner
 
 from tcp.cli.main import main
-from tcp.errors import InputError
+from tcp.errors import InputError, OutputError, UsageError
 from tcp.experiments.journal import Journal, Run
 from tcp.experiments.plot import best_so_far
 from tcp.experiments.run import conduct, optima
@@ -204,6 +204,23 @@ def test_a_dask_cluster_of_two_processes_gives_the_same_results(small, tmp_path)
     assert facts(dask) == facts(alone) == facts(journal.runs())
 
 
+@pytest.mark.slow
+@pytest.mark.timeout(120)
+@pytest.mark.filterwarnings("default")
+def test_a_ray_cluster_gives_the_same_results(small, tmp_path, monkeypatch):
+    pytest.importorskip("ray", reason="the ray extra is not installed")
+    monkeypatch.setenv("RAY_AUTH_MODE", "disabled")
+    from tests.test_fleet import ray_cluster
+
+    experiment = load(small)
+    known = optima(experiment)
+    alone = conduct(experiment, known, Journal(tmp_path / "1.jsonl"), fleet=Fleet(1))
+    with ray_cluster() as address:
+        fleet = Fleet(backend="ray", scheduler=address)
+        ray = conduct(experiment, known, Journal(tmp_path / "r.jsonl"), fleet=fleet)
+    assert facts(ray) == facts(alone)
+
+
 def test_a_run_is_its_column_and_seed(small, tmp_path):
     experiment = load(small)
     known = optima(experiment)
@@ -245,6 +262,54 @@ def test_killed_at_any_moment_it_continues_and_ends_with_the_same_table(small, t
         for runs in (resumed, fresh)
     ]
     assert tables[0] == tables[1]
+
+
+@pytest.mark.parametrize(
+    ("words", "complaint"),
+    [
+        (["--results", "plain"], "cannot read the results: Not a directory"),
+        (["--results", "/dev/null/x"], "cannot read the results: Not a directory"),
+        (["--results", "folder"], "cannot read the results: Is a directory"),
+        (["--plot", "x.xyz"], "ends in .svg, .png or .pdf"),
+        (["--plot", "none/x.svg"], "there is no folder none"),
+    ],
+)
+def test_results_and_pictures_that_cannot_be_written_are_told_before_any_run(
+    small, tmp_path, monkeypatch, words, complaint
+):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "plain").touch()
+    (tmp_path / "folder" / "small.jsonl").mkdir(parents=True)
+    done = CliRunner().invoke(main, ["experiment", str(small), *words])
+    assert complaint in str(done.exception) + done.output and "Runs" not in done.output
+
+
+def test_a_folder_that_takes_no_file_is_told_before_any_run(small, tmp_path):
+    experiment, folder = load(small), tmp_path / "closed"
+    folder.touch()
+    with pytest.raises(OutputError, match="cannot write"):
+        Journal(folder / "x" / "j.jsonl").prepare()
+    alone = replace(experiment.columns[2], options={"np": 2})
+    with pytest.raises(UsageError, match="column 'GA': htga needs np >= 4"):
+        conduct(replace(experiment, columns=(alone,)), optima(experiment), Journal(tmp_path / "j"))
+
+
+def test_a_journal_without_curves_keeps_every_table(small, tmp_path):
+    """All but the trace is there, and a torn line costs one run."""
+    experiment = load(small)
+    known = optima(experiment)
+    whole = conduct(experiment, known, Journal(tmp_path / "w.jsonl"), fleet=Fleet(1))
+    short = Journal(tmp_path / "s.jsonl", curves=False)
+    conduct(experiment, known, short, fleet=Fleet(1))
+    os.truncate(short.path, short.path.stat().st_size - 3)
+    assert len(short.runs()) == len(whole) - 1
+    conduct(experiment, known, short, fleet=Fleet(1))
+    tables = [
+        paper_table(experiment, summarise(experiment.columns, known, runs))
+        for runs in (whole, short.runs())
+    ]
+    assert tables[0] == tables[1]
+    assert all(len(run.trace) == 1 for run in short.runs().values())
 
 
 # --- statistics, tables, plots ----------------------------------------------

@@ -11,8 +11,9 @@ import click
 
 from tcp.cli.options import READ, fleet_options
 from tcp.cli.terminal import on_terminal
-from tcp.errors import OutputError, UsageError
+from tcp.errors import UsageError
 from tcp.experiments.journal import Journal
+from tcp.experiments.plot import check_picture, save_convergence
 from tcp.experiments.run import Told, conduct, optima
 from tcp.experiments.spec import MOST, load
 from tcp.experiments.statistics import summarise
@@ -61,6 +62,8 @@ def command(
     """
     if plot is not None and len(files) > 1:
         raise UsageError("--plot draws one experiment; name one file")
+    if plot is not None:
+        check_picture(plot)
     fleet = Fleet(jobs, backend, scheduler)
     for path in files:
         experiment = load(path)
@@ -72,12 +75,7 @@ def command(
         summaries = summarise(experiment.columns, known, made)
         click.echo(whole_report(experiment, summaries) if table else honest_table(summaries))
         if plot is not None:
-            from tcp.experiments.plot import save_convergence
-
-            try:
-                save_convergence(experiment, summaries, plot)
-            except (OSError, ValueError) as error:
-                raise OutputError(f"cannot write {plot}: {error}") from None
+            save_convergence(experiment, summaries, plot)
 
 
 @contextmanager

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from tcp.errors import UsageError
+from tcp.errors import OutputError, UsageError
 from tcp.experiments.spec import Experiment
 from tcp.experiments.statistics import Summary
 from tcp.travel import Ints
@@ -25,36 +25,58 @@ def save_convergence(
     ------
     UsageError
         If matplotlib is not installed.
+    OutputError
+        If the file cannot be written, or its name has no ending of a picture.
     """
+    figure, axes = _figure()
+    drawn = [s for s in summaries if s is not None and any(run.trace for run in s.runs)]
+    for number, summary in enumerate(drawn):
+        _draw(axes, summary, f"C{number}")
+    optima = {s.figure("optimal_time"): s.optimum.cost * s.unit_of_cost for s in drawn}
+    for name, cost in optima.items():
+        axes.axhline(cost, color="black", linestyle=":", label=f"proved optimum {name}")
+    axes.set_xscale("symlog", linthresh=1, linscale=0.3)
+    axes.set_xlim(left=0)
+    axes.xaxis.set_major_formatter("{x:,.0f}")
+    axes.set(xlabel="iteration (0: initial population)", ylabel="total time required")
+    axes.set_title(experiment.title)
+    if drawn:
+        axes.legend()
+    axes.grid(alpha=0.3)
+    try:
+        figure.savefig(path)
+    except (OSError, ValueError) as error:
+        raise OutputError(f"cannot write {path}: {error}") from None
+
+
+def check_picture(path: Path) -> None:
+    """Fail before hours of runs rather than after them; as :func:`save_convergence`."""
+    known = _figure()[0].canvas.get_supported_filetypes()
+    ending = path.suffix.removeprefix(".").lower()
+    if ending not in known:
+        raise OutputError(f"cannot write {path}: a picture ends in .svg, .png or .pdf")
+    if not path.parent.is_dir():
+        raise OutputError(f"cannot write {path}: there is no folder {path.parent}")
+
+
+def _figure() -> tuple[Any, Any]:
     try:
         from matplotlib.figure import Figure
     except ModuleNotFoundError:
         raise UsageError("--plot needs matplotlib; pip install 'tcp-drill[plot]'") from None
     figure = Figure(figsize=(8, 5), layout="constrained")
-    axes = figure.add_subplot()
-    for number, summary in enumerate(s for s in summaries if s is not None):
-        _draw(axes, summary, f"C{number}")
-    axes.set(
-        xscale="symlog", xlabel="iteration (0: initial population)", ylabel="total time required"
-    )
-    axes.set_title(experiment.title)
-    axes.legend()
-    axes.grid(alpha=0.3)
-    figure.savefig(path)
+    return figure, figure.add_subplot()
 
 
 def _draw(axes: Any, summary: Summary, colour: str) -> None:
     runs = [run for run in summary.runs if run.trace]
-    end = max((run.iterations for run in runs), default=1)
-    grid = np.unique(np.geomspace(1, max(end, 1), POINTS).astype(np.int64))
+    end = max(1, *(run.iterations for run in runs))
+    grid = np.unique(np.geomspace(1, end, POINTS).astype(np.int64))
     grid = np.concatenate([[0], grid])
-    unit = float(summary.column.instance.quantum)
-    curves = np.array([best_so_far(run.trace, grid) for run in runs]) * unit
+    curves = np.array([best_so_far(run.trace, grid) for run in runs]) * summary.unit_of_cost
     name = f"{summary.column.name}: mean and range of {len(runs)} runs"
     axes.plot(grid, curves.mean(axis=0), color=colour, label=name)
     axes.fill_between(grid, curves.min(axis=0), curves.max(axis=0), color=colour, alpha=0.2)
-    optimum = summary.optimum.cost * unit
-    axes.axhline(optimum, color=colour, linestyle=":", label=f"proved optimum {optimum:g}")
 
 
 def best_so_far(trace: Sequence[Sequence[int]], grid: Ints) -> Ints:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from fractions import Fraction
 from typing import Any
 
 from tcp.experiments.journal import Run
@@ -60,9 +59,14 @@ class Summary:
         best = self.optimum.cost
         return [(cost - best) / best if best else 0.0 for cost in self.costs]
 
-    def unit(self, quanta: Fraction | float) -> str:
+    @property
+    def unit_of_cost(self) -> float:
+        """What one quantum is worth in the workpiece's unit."""
+        return float(self.column.instance.quantum)
+
+    def unit(self, quanta: float) -> str:
         """A cost in the workpiece's unit, rounded to three decimals."""
-        return f"{float(quanta * self.column.instance.quantum):.3f}".rstrip("0").rstrip(".")
+        return f"{quanta * self.unit_of_cost:.3f}".rstrip("0").rstrip(".")
 
     def figure(self, row: str) -> str:
         """The figure of a table row (a key of :data:`tcp.experiments.spec.ROWS`)."""
