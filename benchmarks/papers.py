@@ -225,11 +225,12 @@ def main() -> None:
     parser.add_argument("--runs", type=int, help="at most so many runs of each column")
     parser.add_argument("--jobs", type=int, default=2)
     parser.add_argument("--report", action="store_true", help="make no new runs")
+    parser.add_argument("--out", type=Path, default=ROOT / "docs" / "reproduction.md")
     arguments = parser.parse_args()
     if not arguments.report:
         conduct_all(arguments, Journal(RUNS_FILE, curves=False))
         conduct_proofs()
-    (ROOT / "docs" / "reproduction.md").write_text(page(), encoding="utf-8")
+    arguments.out.write_text(page(), encoding="utf-8")
 
 
 if __name__ == "__main__":

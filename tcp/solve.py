@@ -118,7 +118,7 @@ def solve(
     if exact and "exact" in inspect.signature(module.run).parameters:
         options["exact"] = True
     clock, trace = Clock(stop or Stop()), _Trace(report)
-    with _interruptible(clock), compiling_is_free(clock):
+    with interruptible(clock), compiling_is_free(clock):
         outcome: Outcome = module.run(
             instance, rng=np.random.default_rng(seed), clock=clock, report=trace, **options
         )
@@ -323,7 +323,7 @@ class _Trace:
 
 
 @contextmanager
-def _interruptible(clock: Clock) -> Iterator[None]:
+def interruptible(clock: Clock) -> Iterator[None]:
     """First Ctrl-C asks for the best so far; a second one stops at once."""
     if threading.current_thread() is not threading.main_thread():
         yield

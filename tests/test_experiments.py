@@ -25,7 +25,8 @@ from tcp.experiments.spec import load
 from tcp.experiments.statistics import mean_interval, summarise, wilson
 from tcp.experiments.table import paper_table, whole_report
 from tcp.fleet import Fleet
-from tcp.solve import SOLVERS
+from tcp.solve import SOLVERS, solve
+from tcp.stop import StopReason
 
 ROOT = Path(__file__).resolve().parents[1]
 SHIPPED = sorted((ROOT / "data" / "experiments").glob("*.toml"))
@@ -313,6 +314,20 @@ def test_a_journal_without_curves_keeps_every_table(small, tmp_path):
 
 
 # --- statistics, tables, plots ----------------------------------------------
+
+
+def test_an_interrupted_run_is_not_taken_for_a_finished_one(small, tmp_path, monkeypatch):
+    """The solver answers the first Ctrl-C with its best so far; the experiment must not keep it."""
+    experiment, journal = load(small), Journal(tmp_path / "j.jsonl")
+    known = optima(experiment)
+
+    def cut_short(*args, **options):
+        return replace(solve(*args, **options), stopped=StopReason.INTERRUPTED)
+
+    monkeypatch.setattr("tcp.experiments.run.solve", cut_short)
+    with pytest.raises(KeyboardInterrupt):
+        conduct(experiment, known, journal, fleet=Fleet(1))
+    assert journal.runs() == {}
 
 
 def test_intervals_are_the_textbooks():

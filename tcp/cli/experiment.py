@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 
 import click
 
 from tcp.cli.options import READ, fleet_options
-from tcp.cli.terminal import on_terminal
+from tcp.cli.terminal import Say, status_line
 from tcp.errors import UsageError
 from tcp.experiments.journal import Journal
 from tcp.experiments.plot import check_picture, save_convergence
-from tcp.experiments.run import Told, conduct, optima
+from tcp.experiments.run import conduct, optima
 from tcp.experiments.spec import MOST, load
 from tcp.experiments.statistics import summarise
 from tcp.experiments.table import honest_table, whole_report
@@ -70,21 +68,13 @@ def command(
         experiment = experiment if runs is None else replace(experiment, runs=runs)
         known = optima(experiment)
         journal = Journal(results / f"{path.stem}.jsonl")
-        with _progress(path.stem) as told:
+        with status_line(path.stem) as say:
+
+            def told(done: int, total: int, say: Say = say) -> None:
+                say(f"{done} of {total} runs")
+
             made = conduct(experiment, known, journal, fleet=fleet, told=told)
         summaries = summarise(experiment.columns, known, made)
         click.echo(whole_report(experiment, summaries) if table else honest_table(summaries))
         if plot is not None:
             save_convergence(experiment, summaries, plot)
-
-
-@contextmanager
-def _progress(name: str) -> Iterator[Told]:
-    """A counter on a terminal, nothing elsewhere."""
-    if not on_terminal():
-        yield lambda done, total: None
-        return
-    from rich.console import Console
-
-    with Console(stderr=True).status(name) as status:
-        yield lambda done, total: status.update(f"{name}: {done} of {total} runs")

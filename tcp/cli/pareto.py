@@ -5,18 +5,20 @@ from __future__ import annotations
 import json
 from dataclasses import replace
 from fractions import Fraction
+from itertools import count
 from pathlib import Path
 from typing import Any
 
 import click
 
 from tcp.cli.options import READ, Problem, number, problem_options
-from tcp.cli.terminal import tell
-from tcp.errors import UsageError
+from tcp.cli.terminal import status_line, tell
+from tcp.errors import ProofError, UsageError
 from tcp.exact.pareto import Point, front, weighted
 from tcp.instance import Instance
 from tcp.result import decimal
 from tcp.rules import Balance
+from tcp.solve import interruptible
 from tcp.stop import Clock, Stop
 
 EPILOG = """\b
@@ -54,9 +56,23 @@ def command(
     if instance.rules.balance is None:
         instance = replace(instance, rules=replace(instance.rules, balance=Balance()))
     price = None if weight is None else _price(instance, weight)
-    points = front(instance, clock=Clock(Stop(time=time_limit)), seed=seed)
+    points = _prove(instance, Clock(Stop(time=time_limit)), seed)
     chosen = None if price is None or not points else weighted(points, price)
     click.echo(_json(instance, points, chosen) if as_json else _table(instance, points, chosen))
+
+
+def _prove(instance: Instance, clock: Clock, seed: int) -> tuple[Point, ...]:
+    """The front; on a terminal with a counter. Ctrl-C ends it in an orderly way."""
+    try:
+        with interruptible(clock), status_line(instance.name) as say:
+            number = count(1)
+            return front(
+                instance, clock=clock, told=lambda _: say(f"{next(number)} proved"), seed=seed
+            )
+    except ProofError:
+        if clock.interrupted:
+            raise KeyboardInterrupt from None
+        raise
 
 
 def _price(instance: Instance, weight: Fraction) -> int:

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import click
@@ -15,6 +16,22 @@ from tcp.files.write import real_path
 def on_terminal() -> bool:
     """Whether a person watches: both output and messages go to a terminal."""
     return sys.stdout.isatty() and sys.stderr.isatty()
+
+
+Say = Callable[[str], None]
+"""Shows where a long piece of work stands."""
+
+
+@contextmanager
+def status_line(name: str) -> Iterator[Say]:
+    """A line on stderr that says what it was told last; on a terminal only, gone at the end."""
+    if not on_terminal():
+        yield lambda text: None
+        return
+    from rich.console import Console
+
+    with Console(stderr=True).status(name) as status:
+        yield lambda text: status.update(f"{name}: {text}")
 
 
 def tell(path: Path, notes: Iterable[str]) -> None:

@@ -9,13 +9,13 @@ has less penalty, so the front is complete.  The minimum of any weighted sum
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 from tcp.errors import ProofError, UsageError
 from tcp.exact.positions import Search, refusal
 from tcp.instance import Instance
-from tcp.result import Report, silent
+from tcp.result import silent
 from tcp.stop import Clock, Stop
 
 
@@ -42,7 +42,7 @@ def front(
     instance: Instance,
     *,
     clock: Clock | None = None,
-    report: Report = silent,
+    told: Callable[[Point], None] = lambda point: None,
     seed: int = 0,
 ) -> tuple[Point, ...]:
     """Every point of the Pareto front, by rising travel, each proved.
@@ -51,8 +51,10 @@ def front(
     ----------
     instance : Instance
         With a balance rule; its ``most``, if any, caps the penalty.
-    clock, report
+    clock
         As in every solver.
+    told : callable
+        Receives each point as soon as it is proved.
     seed : int
         Of CP-SAT.
 
@@ -74,10 +76,11 @@ def front(
     points: list[Point] = []
     most = windows if rule.most is None else min(rule.most, windows)
     while most >= 0:
-        route = _least(_limited(instance, most), windows, clock, report, seed)
+        route = _least(_limited(instance, most), windows, clock, seed)
         if route is None:
             break
         points.append(Point(instance.cost(route), instance.penalty(route), route))
+        told(points[-1])
         most = points[-1].penalty - 1
     return tuple(points)
 
@@ -95,11 +98,9 @@ def _limited(instance: Instance, most: int) -> Instance:
     return replace(instance, rules=replace(rules, balance=replace(rules.balance, most=most)))
 
 
-def _least(
-    instance: Instance, windows: int, clock: Clock, report: Report, seed: int
-) -> tuple[int, ...] | None:
+def _least(instance: Instance, windows: int, clock: Clock, seed: int) -> tuple[int, ...] | None:
     """The route of least travel and, among those, least penalty; None if there is none."""
-    search = Search(instance, clock, report, scale=windows + 1, weight=1)
+    search = Search(instance, clock, silent, scale=windows + 1, weight=1)
     outcome = search.run(seed, 1, 2)
     if outcome.infeasible:
         return None

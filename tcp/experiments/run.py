@@ -14,7 +14,7 @@ from tcp.fleet import Fleet
 from tcp.instance import Instance
 from tcp.result import Result, Status
 from tcp.solve import solve
-from tcp.stop import Stop
+from tcp.stop import Stop, StopReason
 from tcp.validate.store import CertificateFolder
 
 
@@ -154,6 +154,8 @@ def one_run(task: tuple[str, Column, int, int]) -> Run:
         seed=seed,
         **column.options,
     )
+    if result.stopped is StopReason.INTERRUPTED:  # Ctrl-C ends the experiment, not only this run
+        raise KeyboardInterrupt
     return Run(
         key=key,
         seed=seed,

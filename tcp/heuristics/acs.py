@@ -85,10 +85,9 @@ def run(
         return enumerate_all(instance, problem)
     best, cost, tau, visible, tau0 = _start(problem.legs, beta)
 
-    def advance(steps: int, target: int) -> tuple[int, Ints, Ints]:
-        return _iterations(
-            rng, problem.legs, tau, visible, tau0, best, cost, np, q0, rho, steps, target
-        )
+    def advance(steps: int) -> tuple[int, int]:
+        made = _iterations(rng, problem.legs, tau, visible, tau0, best, cost, np, q0, rho, steps)
+        return made, int(cost[0])
 
     stopped, done = search(instance, problem, iterations, clock, report, int(cost[0]), advance)
     return answer(problem, best, int(cost[0]), stopped, iterations=done, evaluations=np * done + 1)
@@ -125,13 +124,9 @@ def _iterations(
     q0: float,
     rho: float,
     steps: int,
-    target: int,
-) -> tuple[int, Ints, Ints]:
-    """``steps`` times: every ant builds a route, then the best so far lays pheromone."""
+) -> int:
+    """Up to ``steps`` times: every ant builds a route, then the best so far lays pheromone."""
     m = len(best)
-    at = np.zeros(steps, dtype=np.int64)
-    news = np.zeros(steps, dtype=np.int64)
-    found = 0
     route = np.zeros(m, dtype=np.int64)
     left = np.zeros(m, dtype=np.int64)
     for step in range(1, steps + 1):
@@ -160,11 +155,8 @@ def _iterations(
             here = best[k]
         _lay(tau, here, m, rho, strength)
         if cost[0] < before:
-            at[found], news[found] = step, cost[0]
-            found += 1
-            if cost[0] <= target:
-                return step, at[:found], news[:found]
-    return steps, at[:found], news[:found]
+            return step
+    return steps
 
 
 @njit(cache=True)

@@ -111,12 +111,14 @@ def run(
     nests = _nests(rng, problem, np, cut)
     sigma = mantegna_sigma(beta)
 
-    def advance(steps: int, target: int) -> tuple[int, Ints, Ints]:
-        return _generations(
-            rng, problem.legs, *nests, pa, alpha_c, alpha_h, beta, sigma, cut, steps, target
-        )
-
     _, sequences, _, _, costs = nests
+
+    def advance(steps: int) -> tuple[int, int]:
+        made = _generations(
+            rng, problem.legs, *nests, pa, alpha_c, alpha_h, beta, sigma, cut, steps
+        )
+        return made, int(costs.min())
+
     best = int(costs.min())
     stopped, done = search(instance, problem, generations, clock, report, best, advance)
     nest = int(costs.argmin())
@@ -246,17 +248,13 @@ def _generations(
     sigma: float,
     cut: bool,
     steps: int,
-    target: int,
-) -> tuple[int, Ints, Ints]:
-    """Pseudocode 2, ``steps`` times round its loop.
+) -> int:
+    """Pseudocode 2, up to ``steps`` times round its loop.
 
     Pseudocode 4 (Lamarckian property): an egg that follows the values of nest i
     without altering its own tour has the value ``ordered[i, rank of the hole]``.
     """
     nests, m = keys.shape
-    at = np.zeros(steps, dtype=np.int64)
-    news = np.zeros(steps, dtype=np.int64)
-    found = 0
     egg = np.zeros(m)
     sequence = np.zeros(m, dtype=np.int64)
     before = costs.min()
@@ -280,11 +278,6 @@ def _generations(
                     difference = ordered[i, hosts[p, k]] - ordered[i, hosts[q, k]]
                     egg[k] = _limit(egg[k] + alpha_h * difference * _levy(rng, beta, sigma))
             _lay(egg, i, keys, sequences, ordered, ranks, costs, sequence, legs, cut)
-        now = costs.min()
-        if now < before:
-            before = now
-            at[found], news[found] = step, now
-            found += 1
-            if now <= target:
-                return step, at[:found], news[:found]
-    return steps, at[:found], news[:found]
+        if costs.min() < before:
+            return step
+    return steps

@@ -126,11 +126,12 @@ def run(
     noise = np.array([alpha * (m - 1 if width is None else width)])
     fall = cooling ** (1 / max(iterations, 1))
 
-    def advance(steps: int, target: int) -> tuple[int, Ints, Ints]:
-        return _iterations(
+    def advance(steps: int) -> tuple[int, int]:
+        made = _iterations(
             rng, problem.legs, swarm, costs, record, cost, searched,
-            sign * beta0, sign * beta_min, gamma, noise, fall, steps, target,
+            sign * beta0, sign * beta_min, gamma, noise, fall, steps,
         )  # fmt: skip
+        return made, int(cost[0])
 
     stopped, done = search(instance, problem, iterations, clock, report, int(cost[0]), advance)
     return answer(
@@ -153,13 +154,9 @@ def _iterations(
     noise: Floats,
     fall: float,
     steps: int,
-    target: int,
-) -> tuple[int, Ints, Ints]:
-    """Lines 05-15 of Algorithm 1, ``steps`` times."""
+) -> int:
+    """Lines 05-15 of Algorithm 1, up to ``steps`` times."""
     agents, m = swarm.shape
-    at = np.zeros(steps, dtype=np.int64)
-    news = np.zeros(steps, dtype=np.int64)
-    found = 0
     value = np.zeros(m)
     place = np.zeros(m, dtype=np.int64)
     sequence = np.zeros(m, dtype=np.int64)
@@ -180,11 +177,8 @@ def _iterations(
                         for d in range(m):
                             record[d] = swarm[a, d]
         if cost[0] < before:
-            at[found], news[found] = step, cost[0]
-            found += 1
-            if cost[0] <= target:
-                return step, at[:found], news[:found]
-    return steps, at[:found], news[:found]
+            return step
+    return steps
 
 
 @njit(cache=True)

@@ -136,11 +136,12 @@ def run(
     array = orthogonal_array(len(problem))
     _initialise(rng, problem.legs, genes, times, slots, np)
 
-    def advance(steps: int, target: int) -> tuple[int, Ints, Ints]:
-        return _generations(
+    def advance(steps: int) -> tuple[int, int]:
+        made = _generations(
             rng, problem.legs, array, genes, times, slots, searched, np, pairs, cr, mr,
-            CROSSOVERS.index(crossover), uncrossed, taguchi, distinct, steps, target,
+            CROSSOVERS.index(crossover), uncrossed, taguchi, distinct, steps,
         )  # fmt: skip
+        return made, int(times[slots[0]])
 
     best = int(times[slots[0]])
     stopped, done = search(instance, problem, gn, clock, report, best, advance)
@@ -209,12 +210,8 @@ def _generations(
     taguchi: int,
     distinct: bool,
     steps: int,
-    target: int,
-) -> tuple[int, Ints, Ints]:
-    """Steps 3-8, ``steps`` times; ``slots[:population]`` are the parents, best first."""
-    at = np.zeros(steps, dtype=np.int64)
-    costs = np.zeros(steps, dtype=np.int64)
-    found = 0
+) -> int:
+    """Steps 3-8, up to ``steps`` times; ``slots[:population]`` are the parents, best first."""
     wheel = np.zeros(population)
     stamp = np.zeros(genes.shape[1], dtype=np.int64)
     for step in range(1, steps + 1):
@@ -249,11 +246,8 @@ def _generations(
                 searched[0] += 6
         _eliminate(genes, times, slots, end, distinct)
         if times[slots[0]] < before:
-            at[found], costs[found] = step, times[slots[0]]
-            found += 1
-            if times[slots[0]] <= target:
-                return step, at[:found], costs[:found]
-    return steps, at[:found], costs[:found]
+            return step
+    return steps
 
 
 @njit(cache=True)

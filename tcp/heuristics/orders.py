@@ -183,11 +183,10 @@ def shuffle(rng: np.random.Generator, order: Ints) -> None:
         order[k], order[j] = order[j], order[k]
 
 
-Advance = Callable[[int, int], tuple[int, Ints, Ints]]
-"""``advance(steps, target)``: up to ``steps`` more iterations, fewer if the target is reached.
+Advance = Callable[[int], tuple[int, int]]
+"""``advance(steps)``: up to ``steps`` more iterations, but none beyond an improvement.
 
-Returns how many were made, and the iterations (1, 2, ... within the call) and
-costs of the improvements.
+Returns how many were made, and the cost of the best order so far.
 """
 
 CHUNK = 0.05
@@ -232,24 +231,22 @@ def search(
         report(Progress(clock.elapsed, cost + problem.fixed, None, iteration))
         return cost + problem.fixed
 
-    wanted = clock.stop.target
-    target = -SAFE if wanted is None else int(wanted // 1) - problem.fixed
     limit = iterations if clock.stop.iterations is None else clock.stop.iterations
     limit = min(limit, iterations)
-    best, done, chunk = tell(start, 0), 0, 1
+    best, cost, done, chunk = tell(start, 0), start, 0, 1
     while done < limit:
         reason = clock.reason(best, None, done)
         if reason is not None:
             return reason, done
         began = clock.elapsed
-        made, at, costs = advance(min(chunk, limit - done), target)
-        for step, cost in zip(at.tolist(), costs.tolist(), strict=True):
-            told = tell(cost, done + step)
+        made, now = advance(min(chunk, limit - done))
+        done += made
+        if now < cost:
+            cost, told = now, tell(now, done)
             best = best if told is None else told
         if made == chunk:  # a first call may compile: never shrink
             fast = clock.elapsed - began < CHUNK / 2
             chunk = min(chunk * 2, 4096) if fast else chunk
-        done += made
     reason = clock.reason(best, None, done)
     return reason or StopReason.COMPLETED, done
 

@@ -100,10 +100,9 @@ def run(
     sequences, costs, leader = swarm[3:6]
     fall = 0.0 if w_end is None else (w_end - w) / max(iterations, 1)
 
-    def advance(steps: int, target: int) -> tuple[int, Ints, Ints]:
-        return _iterations(
-            rng, problem.legs, *swarm, w, fall, c1, c2, variant == "gc", steps, target
-        )
+    def advance(steps: int) -> tuple[int, int]:
+        made = _iterations(rng, problem.legs, *swarm, w, fall, c1, c2, variant == "gc", steps)
+        return made, int(costs[leader[0]])
 
     best = int(costs[leader[0]])
     stopped, done = search(instance, problem, iterations, clock, report, best, advance)
@@ -147,13 +146,9 @@ def _iterations(
     c2: float,
     gc: bool,
     steps: int,
-    target: int,
-) -> tuple[int, Ints, Ints]:
-    """``steps`` iterations of the swarm; the leader's own best is the swarm's."""
+) -> int:
+    """Up to ``steps`` iterations of the swarm; the leader's own best is the swarm's."""
     size, m = x.shape
-    at = np.zeros(steps, dtype=np.int64)
-    news = np.zeros(steps, dtype=np.int64)
-    found = 0
     sequence = np.arange(m)
     for step in range(1, steps + 1):
         before = costs[leader[0]]
@@ -183,11 +178,8 @@ def _iterations(
                 if cost < costs[g]:
                     leader[0] = i
         if costs[leader[0]] < before:
-            at[found], news[found] = step, costs[leader[0]]
-            found += 1
-            if costs[leader[0]] <= target:
-                return step, at[:found], news[:found]
-    return steps, at[:found], news[:found]
+            return step
+    return steps
 
 
 @njit(cache=True)
