@@ -312,7 +312,7 @@ def _tour_form(instance: Instance) -> TourForm:
         x, y, step = _with_home(workpiece, ends.home)
     virtual = -1 if ends.closed or (ends.outward and ends.back) else size
     size += virtual >= 0
-    reach = (int(x.max() - x.min()), int(y.max() - y.min()))
+    reach = (int(x.max()) - int(x.min()), int(y.max()) - int(y.min()))
     matrix = workpiece.matrix if instance.travel.model is Model.EXPLICIT else None
     return TourForm(
         x=x,

@@ -13,7 +13,7 @@ from click.testing import CliRunner
 import tcp.validate.certificate as checker
 from tcp import Ends, Instance, Model, Rules, Stop, Travel, Workpiece
 from tcp.bounds.evidence import bound_certificate
-from tcp.bounds.one_tree import one_tree_bound
+from tcp.bounds.one_tree import ROUNDS, one_tree_bound
 from tcp.bounds.spanning import boruvka, cells, prim
 from tcp.cli.main import main
 from tcp.errors import UsageError
@@ -114,7 +114,7 @@ def test_same_call_same_bound_and_limits_are_obeyed():
     first = one_tree_bound(instance, iterations=40, report=news.append)
     assert first.exact == one_tree_bound(instance, iterations=40).exact
     assert [p.bound for p in news] == sorted(p.bound for p in news)
-    assert first.iterations == 40 and len(news) == 8
+    assert first.iterations == 40 and len(news) == ROUNDS
     stopped = one_tree_bound(instance, clock=Clock(Stop(time=0)))
     assert 0 < stopped.value < first.value
     with pytest.raises(UsageError, match="up to 3000 nodes"):

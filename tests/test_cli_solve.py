@@ -160,6 +160,20 @@ def test_a_certificate_that_cannot_be_written_is_exit_7(tmp_path):
     assert tcp("solve", "--exact", "--certificate", nowhere, DATA / "wp1.csv").exit_code == 7
 
 
+def test_a_certified_bound_is_not_called_an_optimum():
+    from types import SimpleNamespace
+
+    from tcp.report.table import proof
+    from tcp.result import Proof, Status
+
+    def said(status, kind):
+        return proof(SimpleNamespace(status=status, proof=kind))
+
+    assert said(Status.OPTIMAL, Proof.CERTIFIED) == "optimal, certified"
+    assert "optimal" not in said(Status.FEASIBLE, Proof.CERTIFIED)
+    assert said(Status.FEASIBLE, Proof.NONE) == "none"
+
+
 def test_infeasible_is_exit_4():
     done = tcp("solve", "--min-jump", "400", DATA / "wp1.csv")
     assert done.exit_code == 4 and "infeasible" in done.stdout

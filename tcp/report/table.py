@@ -90,6 +90,8 @@ def proof(result: Result) -> str:
         return f"infeasible, {result.proof}"
     if result.proof is Proof.NONE:
         return "none"
+    if result.status is not Status.OPTIMAL:
+        return f"lower bound {result.proof}, not that the route is shortest"
     return f"optimal, {result.proof}"
 
 
