@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib.util
 import itertools
 import json
 import os
@@ -633,3 +634,33 @@ def test_machine_options_reach_the_board(board, tmp_path):
     done = run(board, "--vx", "10", "--vy", "20", "--dry-run")
     assert " s saved a board" in done.stdout
     assert Machine().unit == "mm"
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="there is no /dev/full here")
+def test_a_device_without_room_is_one_sentence(board):
+    done = run(board, "--out", "/dev/full", "--force")
+    assert done.exit_code == 7 and "no space left" in done.stderr and done.stderr.count("\n") == 1
+
+
+def test_the_benchmark_page_is_printed_from_its_rows():
+    spec = importlib.util.spec_from_file_location("bench", ROOT / "benchmarks" / "boards.py")
+    bench = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(bench)
+    row = {"board": "kicad-a.drl", "tool": 1, "limit": 10.0, "quantum": "1/100", "seconds": 0.5}
+    row |= {"load": 0.1, "cores": 2, "versions": {"python": "3.11"}}
+    costs = dict(zip(bench.WAYS, (1000, 150, 110, 120, 100), strict=True))
+    rows = [
+        row | {"holes": 40, "costs": costs, "bound": 100, "optimal": True},
+        row | {"tool": 2, "holes": 900, "costs": costs, "bound": 99, "optimal": False},
+    ]
+    page = bench.table(rows)
+    for said in (
+        "| kicad-a.drl | 940 | 2 | 1 | 20.0 | 3.0 | 2.2 | 2.4 | 2.0 | 2.0 | 0.50 % |",
+        "up to 400 holes: 1 of 1 proved",
+        "up to 500 holes: 1 of 1 proved within 5 s",
+        "above 400: 0 of 1 proved; largest gap 1.00 %",
+        "Best peer: nn+2opt, 10.0 % above ours",
+        "KiCad's files travel 10.0 times",
+        "| kicad-a.drl | T2 | 900 | 1.00 | 0.99 | 1.00 % | 0.5 |",
+    ):
+        assert said in page

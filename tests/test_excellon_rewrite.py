@@ -257,6 +257,39 @@ def test_the_guard_catches(name):
         spoiled(*MUTATIONS[name])
 
 
+BLOCKS = (
+    b"M48\nMETRIC,TZ\nT1C0.3\n%\nT1\nX100Y100\n"
+    b"M25\nX200Y300\n; in\nX500\nM01\nM02X50M70\nM02X60Y7\nM08\nX900Y900\nG00X50Y60\nM15\nG01X70Y60\nX80Y90\nM16\nG05\nM30\n"
+)
+BLOCK_MUTATIONS = {
+    "lose a copy": (b"M02X60Y7\n", b""),
+    "shift a copy": (b"M02X60Y7", b"M02X61Y7"),
+    "unturn a copy": (b"M02X50M70", b"M02X50"),
+    "lose a hit inside": (b"X500\n", b""),
+    "move a hit inside": (b"X500\n", b"X501\n"),
+    "a hit leaves the block": (b"X500\nM01", b"M01"),
+    "comment inside": (b"; in", b"; on"),
+    "bend a path elsewhere": (b"X80Y90", b"X80Y91"),
+    "turn a bent path": (b"X50Y60\nM15\nG01X70Y60\nX80Y90", b"X80Y90\nM15\nG01X70Y60\nX50Y60"),
+}
+
+
+@pytest.mark.parametrize("name", BLOCK_MUTATIONS)
+def test_the_guard_catches_in_blocks_and_paths(name):
+    before, after = BLOCK_MUTATIONS[name]
+    assert BLOCKS.count(before) == 1
+    with pytest.raises(LostError):
+        compare(parse(BLOCKS), parse(BLOCKS.replace(before, after)))
+
+
+def test_the_guard_lets_a_block_move():
+    block = BLOCKS[BLOCKS.index(b"M25") : BLOCKS.index(b"X900")]
+    moved = BLOCKS.replace(block, b"").replace(b"X900Y900\n", b"X900Y900\n" + block)
+    compare(parse(BLOCKS), parse(moved))
+    inside = moved.replace(b"X200Y300\n; in\nX500\n", b"X500Y300\n; in\nX200Y300\n")
+    compare(parse(BLOCKS), parse(inside))
+
+
 def test_the_guard_lets_pass_what_is_the_same_work():
     spoiled(b"X900Y900G85X950Y900", b"X950Y900G85X900Y900")
     spoiled(b"G00X50Y60\nM15\nG01X70Y60", b"G00X70Y60\nM15\nG01X50Y60")

@@ -43,6 +43,9 @@ SEEK_SHARE = 0.2
 :data:`LATE`; the proof engine improves it.
 """
 
+SEEK_MOST = 20.0
+"""Most seconds for the route alone, however long the proof may take."""
+
 BOUND_SHARE = 0.2
 """Share of the time for Held and Karp's bound, where the proof engine does not run."""
 
@@ -115,7 +118,7 @@ def answer(
     proves = effort is not Effort.FAST and refuses(PROVER, instance) is None
     share = _seek_share(instance, proves)
     if share:
-        part = Stop(share * seconds)
+        part = Stop(min(share * seconds, SEEK_MOST) if proves else share * seconds)
         found = solve(instance, SEEKER, stop=part, seed=seed, report=report, panels=panels)
         best = _better(best, found)
     if proves and not best.interrupted:
