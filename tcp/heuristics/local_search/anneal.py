@@ -1,6 +1,6 @@
 """The search as a whole: a descent, then populations if there is time for them, or kicks alone.
 
-Where there is time for a few tours of :data:`RIPE` kicks a node, many of them
+Where there is time for a few tours of a kick or more a node, many of them
 are raised from different starts and bred (``population.py``): what a tour does
 well is thereby found anywhere on the board, even where an open path ends.
 Large boards get kicks alone, in streams that cool down and merge.
@@ -36,8 +36,8 @@ ROUNDS = (0.6, 0.4)
 STREAMS = 2
 """Searches that run side by side where there are kicks alone, whatever the number of workers."""
 
-RIPE = 3
-"""Kicks per node that make a member of a population."""
+YOUNG, RIPE = 1, 5
+"""Least and most kicks per node that make a member of a population."""
 
 FEW, MANY = 8, 300
 """Least and most members of a population."""
@@ -81,17 +81,19 @@ class Search:
         """Try ``limit`` kicks in all, or as many as the clock allows."""
         if self.clock.reason(self.cost) is not None or limit == 0:
             return
+        n = self.ground.size
+        most = min(MANY, ROOM // n)
         with ThreadPoolExecutor(max(1, workers)) as pool:
-            count = self._affordable(limit, workers) // (RIPE * self.ground.size)
-            count = min(count, MANY, ROOM // self.ground.size)
+            affordable = self._affordable(limit, workers)
+            count = min(most, affordable // (YOUNG * n))
             if count < FEW:
                 self._anneal(pool, limit)
                 return
-            while self.clock.reason(self.cost) is None:
-                self._populate(pool, count, limit)
-                if limit is not None:
-                    return
-                count = min(MANY, ROOM // self.ground.size)
+            kicks = affordable // count
+            while limit is None and self.clock.reason(self.cost) is None:
+                self._populate(pool, most, min(kicks, RIPE * n))
+            if limit is not None:
+                self._populate(pool, count, kicks)
 
     def _affordable(self, limit: int | None, workers: int) -> int:
         """How many kicks there will be."""
@@ -102,10 +104,12 @@ class Search:
         took = max(self.clock.elapsed - began, 1e-6)
         return int(min(self.clock.remaining / took * PROBE * min(workers, STREAMS), 1e12))
 
-    def _populate(self, pool: Executor, count: int, limit: int | None) -> None:
-        """Raise a population, as many as ``count``, and breed it; the best tour is a member."""
+    def _populate(self, pool: Executor, count: int, kicks: int) -> None:
+        """Raise a population and breed it: the best tour and ``count - 1`` new ones.
+
+        Fewer, where :data:`RAISING` of the time left does not suffice for all.
+        """
         clock = self.clock
-        kicks = RIPE * self.ground.size if limit is None else limit // count
         until = clock.elapsed + RAISING * clock.remaining
 
         def grow(seed: int) -> Stream | None:

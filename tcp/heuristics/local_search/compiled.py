@@ -11,3 +11,6 @@ from numba import njit
 
 compiled = njit(cache=True, nogil=True, error_model="numpy", no_cfunc_wrapper=True)
 """Decorator of every kernel here."""
+
+inlined = njit(cache=True, nogil=True, error_model="numpy", no_cfunc_wrapper=True, forceinline=True)
+"""The same for the smallest and most called ones, which LLVM must copy into their callers."""

@@ -170,15 +170,17 @@ def assemble(
     cuts, part, size = parts[0, :k], parts[1, :k], parts[2, :k]
     gain = np.int64(0)
     for i in range(2 * k):
-        u, v = cycle[i], cycle[i + 1 if i + 1 < 2 * k else 0]
-        room[i, 0] = u
-        c = price(rule, xy, pairs, u, v)
+        c = price(rule, xy, pairs, cycle[i], cycle[i + 1 if i + 1 < 2 * k else 0])
         gain += -c if i % 2 else c
-        if i % 2 == 0:
-            p, q = np.int64(pos[u]), np.int64(pos[v])
-            cuts[i // 2] = p if q == (p + 1 if p + 1 < n else 0) else q
-            relink(link, u, v, -1)
-            relink(link, v, u, -1)
+    if gain <= 0:  # joining hardly ever gains anything
+        return gain, 0
+    for i in range(0, 2 * k, 2):
+        u, v = cycle[i], cycle[i + 1]
+        room[i, 0], room[i + 1, 0] = u, v
+        p, q = np.int64(pos[u]), np.int64(pos[v])
+        cuts[i // 2] = p if q == (p + 1 if p + 1 < n else 0) else q
+        relink(link, u, v, -1)
+        relink(link, v, u, -1)
     for i in range(1, 2 * k, 2):
         u, v = cycle[i], cycle[i + 1 if i + 1 < 2 * k else 0]
         relink(link, u, -1, v)

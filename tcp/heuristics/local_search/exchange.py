@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from tcp.heuristics.local_search.compiled import compiled
+from tcp.heuristics.local_search.compiled import compiled, inlined
 from tcp.heuristics.local_search.ground import Small
 
 MOST_LOGGED = 400_000
@@ -44,21 +44,21 @@ def new_tour(order: Small) -> Tour:
     return Tour(order, pos, np.empty_like(order), np.zeros((room, 2), np.int32))
 
 
-@compiled
+@inlined
 def place(pos: Any, base: int, back: int, v: int) -> int:
     """Linear place of node v on the path that starts at array place ``base``."""
     q = base - pos[v] if back else pos[v] - base
     return q + pos.size if q < 0 else q
 
 
-@compiled
+@inlined
 def array_place(n: int, base: int, back: int, q: int) -> int:
     """Array place of the linear place q."""
     p = base - q if back else base + q
     return p + n if p < 0 else p - n if p >= n else p
 
 
-@compiled
+@inlined
 def node_at(order: Any, base: int, back: int, q: int) -> int:
     """Node at linear place q."""
     return order[array_place(order.size, base, back, q)]

@@ -11,18 +11,18 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from tcp.heuristics.local_search.compiled import compiled
+from tcp.heuristics.local_search.compiled import compiled, inlined
 from tcp.kernels import cost_of_move
 from tcp.travel import Ints
 
 Small = NDArray[np.int32]
 
-SUM, MAX, GENERAL, MATRIX = 0, 1, 2, 3
-"""How the search computes a cost: the first two need no multiplication."""
+HOW, VIRTUAL, MATRIX, RULED = 16, 17, 18, 19
+"""What ``rule`` says behind a packed cost rule: how costs are computed, which node is virtual
+(-1: none), whether ``xy`` holds a matrix, and whether some pairs are ruled."""
 
-HOW, VIRTUAL, RULED = 16, 17, 18
-"""Where ``rule`` says how costs are computed, which node is virtual (-1: none),
-and whether some pairs are ruled; a packed cost rule comes before."""
+SUM, MAX, OTHERWISE = 0, 1, 2
+"""How costs are computed; the first two need no multiplication and know no rules."""
 
 
 class Ground(NamedTuple):
@@ -64,29 +64,28 @@ class Ground(NamedTuple):
         return self.rule, self.xy, self.pairs
 
 
-@compiled
+@inlined
 def price(rule: Any, xy: Any, pairs: Any, u: int, v: int) -> int:
     """Cost of the edge u-v; forced edges are worth, forbidden ones cost a lot on top."""
+    how = rule[HOW]
+    if how == OTHERWISE:
+        return elaborate_price(rule, xy, pairs, np.int64(u), np.int64(v))
     if u == rule[VIRTUAL] or v == rule[VIRTUAL]:
-        c = np.int64(0)
-    elif rule[HOW] == MATRIX:
-        c = xy[u, v]
-    else:
-        dx, dy = abs(xy[u, 0] - xy[v, 0]), abs(xy[u, 1] - xy[v, 1])
-        if rule[HOW] == SUM:
-            c = dx + dy
-        elif rule[HOW] == MAX:
-            c = max(dx, dy)
-        else:
-            c = _general(rule, dx, dy)
-    if rule[RULED]:
-        c += ruled(pairs, np.int64(u), np.int64(v))
-    return c
+        return np.int64(0)
+    dx, dy = abs(xy[u, 0] - xy[v, 0]), abs(xy[u, 1] - xy[v, 1])
+    return dx + dy if how == SUM else max(dx, dy)
 
 
 @compiled
-def _general(rule: Any, dx: int, dy: int) -> int:
-    return cost_of_move(rule, dx, dy)
+def elaborate_price(rule: Any, xy: Any, pairs: Any, u: int, v: int) -> int:
+    """The same for everything that is not a plain sum or maximum."""
+    c = np.int64(0)
+    if u != rule[VIRTUAL] and v != rule[VIRTUAL]:
+        if rule[MATRIX]:
+            c = xy[u, v]
+        else:
+            c = cost_of_move(rule, xy[u, 0] - xy[v, 0], xy[u, 1] - xy[v, 1])
+    return c + ruled(pairs, u, v) if rule[RULED] else c
 
 
 @compiled

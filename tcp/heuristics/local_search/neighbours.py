@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tcp.heuristics.local_search.compiled import compiled
-from tcp.heuristics.local_search.ground import HOW, MATRIX, Ground, price
+from tcp.heuristics.local_search.ground import MATRIX, Ground, price
 from tcp.instance import TourForm
 from tcp.travel import CostRule, Ints, Kind
 
@@ -115,7 +115,7 @@ def near_nodes(
     banned = ground.pairs[ground.pairs[:, 1] > 0, 0] // n
     most = int(np.bincount(banned, minlength=1).max())
     look = min(real, LOOK * width + 1 + most)
-    if ground.rule[HOW] == MATRIX:
+    if ground.rule[MATRIX]:
         for v in range(real):
             row = np.argpartition(ground.xy[v], look - 1)[:look].astype(np.int32)
             _pick(*ground.costs, v, row[None, :], near, dist, 0)

@@ -11,7 +11,7 @@ import numpy as np
 
 from tcp.errors import InfeasibleError
 from tcp.heuristics.local_search import neighbours, starts
-from tcp.heuristics.local_search.anneal import FEW, RIPE, Search
+from tcp.heuristics.local_search.anneal import FEW, Search
 from tcp.heuristics.local_search.linking import linked_tour, panel_of
 from tcp.heuristics.local_search.survey import survey
 from tcp.instance import Instance, TourForm
@@ -25,7 +25,7 @@ TINY = 8
 PATIENCE = 100
 """Kicks per node after which a search without a limit stops."""
 
-WIDTH, NARROW = 12, 8
+WIDTH, NARROW = 8, 7
 """Candidates of a node, and on boards of more than :data:`LARGE` nodes."""
 
 LARGE = 150_000
@@ -152,7 +152,7 @@ def warm_up() -> None:
         search = Search(ground, order, rng, clock, silent)
         search.descend()
         search.kick(8, 1)
-        search.kick(FEW * RIPE * ground.size, 1)
+        search.kick(FEW * ground.size, 1)
 
 
 def respects(form: TourForm, tour: Sequence[int]) -> bool:

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tcp.heuristics.local_search.compiled import compiled
-from tcp.heuristics.local_search.ground import HOW, MATRIX, Ground, Small, price
+from tcp.heuristics.local_search.ground import MATRIX, Ground, Small, price
 from tcp.heuristics.local_search.neighbours import points
 from tcp.travel import Ints
 
@@ -75,7 +75,7 @@ def _loose_ends(g: Ground, links: Small) -> Ints:
 def _joints(g: Ground, loose: Ints, root: Small) -> tuple[Ints, Ints, Ints]:
     """Edges between near loose ends of different fragments."""
     look = min(FEW, loose.size)
-    if g.rule[HOW] == MATRIX or loose.size <= 2 * FEW:
+    if g.rule[MATRIX] or loose.size <= 2 * FEW:
         found = np.tile(np.arange(loose.size), (loose.size, 1))
     else:
         from scipy.spatial import cKDTree

@@ -7,10 +7,10 @@ from collections.abc import Callable
 import numpy as np
 
 from tcp.heuristics.local_search.ground import (
-    GENERAL,
     HOW,
     MATRIX,
     MAX,
+    OTHERWISE,
     RULED,
     SUM,
     VIRTUAL,
@@ -56,15 +56,15 @@ def _costs(form: TourForm, order: Ints) -> tuple[Ints, Ints, tuple[float, float,
     """Rule and coordinates (or matrix) as :class:`Ground` has them, and the norm's scales."""
     rule = np.zeros(RULED + 1, np.int64)
     rule[VIRTUAL], rule[RULED] = form.virtual, bool(form.forced or form.forbidden)
+    rule[HOW], rule[MATRIX] = OTHERWISE, form.matrix is not None
     if form.matrix is not None:
-        rule[HOW] = MATRIX
         return rule, np.ascontiguousarray(form.matrix[np.ix_(order, order)]), (1.0, 1.0, 1.0)
     packed, factors = pack(form.rule), scales(form.rule)
     rule[: packed.size] = packed
-    rule[HOW] = GENERAL
     xy = np.zeros((form.size, 2), np.int64)
     xy[: form.real, 0], xy[: form.real, 1] = form.x[order], form.y[order]
-    if form.rule.kind in (Kind.SUM, Kind.MAX) and form.rule.params[2] == 1:
+    plain = form.rule.kind in (Kind.SUM, Kind.MAX) and form.rule.params[2] == 1
+    if plain and not rule[RULED]:
         rule[HOW] = SUM if form.rule.kind is Kind.SUM else MAX
         xy *= np.array(form.rule.params[:2], np.int64)
         factors = (1.0, 1.0, factors[2])
