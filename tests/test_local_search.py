@@ -203,7 +203,7 @@ def test_books_balance_and_undo_restores(n, seed, ends):
     kept, half = tour.order.copy(), form.size // 2
     for base in range(0, form.size, 7):
         apply(*tour, base, base % 2, np.array([half, 1, 0, 0, half + 1, form.size - 1]), 3)
-    assert not np.array_equal(tour.order, kept)
+    assert tour.log[0, 0] > 0
     undo(tour.order, tour.pos, tour.log)
     assert np.array_equal(tour.order, kept)
     assert np.array_equal(tour.pos[tour.order], np.arange(form.size))
