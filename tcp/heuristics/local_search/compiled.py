@@ -1,8 +1,7 @@
 """How this package compiles: cached, without the interpreter lock.
 
 Kernels take plain arrays.  Named tuples of arrays are unpacked at the call: a
-compiled function that is not inlined would pass hundreds of scalars for them,
-and compile several times as long.
+compiled function that is not inlined would pass hundreds of scalars for them.
 """
 
 from __future__ import annotations
