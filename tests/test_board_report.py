@@ -116,7 +116,11 @@ class Browser:
         to_read, self._write = os.pipe()
         self._read, to_write = os.pipe()
         high = [fcntl.fcntl(end, fcntl.F_DUPFD, 50) for end in (to_read, to_write)]
-        flags = "--headless --no-sandbox --disable-gpu --disable-dev-shm-usage --no-first-run"
+        flags = (
+            "--headless --no-sandbox --disable-gpu --disable-dev-shm-usage --no-first-run "
+            "--disable-quic --disable-sync --disable-background-networking "
+            "--disable-component-update"
+        )
         self.process = subprocess.Popen(
             [program, *flags.split(), "--remote-debugging-pipe", f"--user-data-dir={profile}"],
             preexec_fn=lambda: [os.dup2(end, fd) for end, fd in zip(high, (3, 4), strict=True)],

@@ -69,6 +69,50 @@ M2
 """
 
 
+PCB2GCODE = """( pcb2gcode 2.5.0 )
+( This file uses 2 drill bit sizes. )
+G94       ( Millimeters per minute feed rate. )
+G21       ( Units == Millimeters. )
+G90       ( Absolute coordinates. )
+G00 S20000     ( RPM spindle speed. )
+G00 Z20.00000 ( Retract )
+T1
+M5      ( Spindle stop. )
+G04 P1.00000
+M6      ( Tool change. )
+(MSG, Change tool bit to drill size 0.8mm)
+M0      ( Temporary machine stop. )
+M3      ( Spindle on clockwise. )
+G04 P1.00000
+G1 F100.00000
+G81 R2.00000 Z-2.00000 X10.00000 Y10.00000
+X90.00000 Y10.00000
+X12.00000 Y10.00000
+X88.00000 Y10.00000
+X14.00000 Y10.00000
+G00 Z20.000 ( All done -- retract )
+T2
+M5
+M6
+M0
+M3
+G0 X95.00000 Y5.00000
+G1 F100.00000
+G0 Z2.0
+G1 Z-2.00000
+G0 Z2.00000
+G0 X5.00000 Y5.00000
+G1 Z-2.00000
+G0 Z2.00000
+G0 X88.00000 Y5.00000
+G1 Z-2.00000
+G0 Z2.00000
+M5      ( Spindle off. )
+M9      ( Coolant off. )
+M2      ( Program end. )
+"""
+
+
 def program_of(text: str, hints: Hints | None = None):
     return parse(text.encode(), "board.ngc", hints)
 
@@ -216,6 +260,16 @@ def test_a_rapid_to_a_place_and_a_height_is_followed():
     assert holes(program) == [(0, 5, 3), (0, 7, 3)]
 
 
+def test_a_program_of_pcb2gcode_keeps_every_other_line():
+    program = program_of(PCB2GCODE)
+    assert len(program.rows) == 8 and program.notes == ()
+    board = optimise(program, FAST)
+    before, after = PCB2GCODE.splitlines(), board.data.decode().splitlines()
+    assert board.proved and board.costs_after.total < board.costs_before.total
+    changed = [i for i, pair in enumerate(zip(before, after, strict=True)) if pair[0] != pair[1]]
+    assert changed and all(before[i].startswith(("X", "G81", "G0 X")) for i in changed)
+
+
 @pytest.mark.parametrize("name", ["cycles", "plunges"])
 def test_boards_are_optimised_and_stay_so(name):
     text = CYCLES if name == "cycles" else PLUNGES
@@ -339,7 +393,9 @@ def interpreted(path: Path, program: str) -> list[tuple[str, ...]]:
 
 
 @pytest.mark.parametrize(
-    "text", [CYCLES, PLUNGES, INCREMENTAL], ids=["cycles", "plunges", "incremental"]
+    "text",
+    [CYCLES, PLUNGES, INCREMENTAL, PCB2GCODE],
+    ids=["cycles", "plunges", "incremental", "pcb2gcode"],
 )
 def test_linuxcnc_accepts_the_output_and_drills_the_same_holes(text, tmp_path):
     program = shutil.which("rs274")
