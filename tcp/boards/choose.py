@@ -27,7 +27,7 @@ Orders = dict[int, Order]
 
 @dataclass(frozen=True)
 class Solved:
-    """A stretch with the answer to it and the order that the answer stands for."""
+    """A stretch with the answer to it, without its route, and the order that it stands for."""
 
     stretch: Stretch
     answer: Answer

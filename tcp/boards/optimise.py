@@ -317,7 +317,9 @@ def _solve_runs(
             _certificate(wishes.certificates, program, stretch, solved),
             wishes.panels,
         )
-        solved.append(_legal(stretch, instance, found))
+        one = _legal(stretch, instance, found)
+        # the order says it all; millions of integers of a route would stay in memory
+        solved.append(replace(one, answer=replace(one.answer, route=())))
         ends[run[1] - 1] = stretch.end(solved[-1].order)
         interrupted = found.interrupted
     return solved, interrupted

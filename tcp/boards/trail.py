@@ -59,7 +59,8 @@ def follow(program: Program) -> Trail:
             pieces.append((x, y, block[2]))
         at = pattern.last
     pieces.append(places(program, at, len(program.rows)))
-    x, y, row = (np.concatenate(c) for c in zip(*pieces, strict=True))
+    pieces = [piece for piece in pieces if len(piece[0])]
+    x, y, row = pieces[0] if len(pieces) == 1 else map(np.concatenate, zip(*pieces, strict=True))
     firsts = np.array([s.first for s in program.selections], dtype=np.int64)
     part = np.searchsorted(firsts, row, side="right") - 1
     return Trail(x, y, part, row)

@@ -122,6 +122,8 @@ def places(program: Program, first: int, last: int) -> tuple[Ints, Ints, Ints]:
     for row, repeats in program.repeats.items():
         if first <= row < last:
             long[row] = list(repeated(int(rows.x1[row]), int(rows.y1[row]), repeats))
+    if not long and not two.any():
+        return rows.x1[first:last], rows.y1[first:last], np.arange(first, last)
     count = np.where(two, 2, 1)
     for row, found in long.items():
         count[row - first] = len(found)
