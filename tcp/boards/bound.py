@@ -6,6 +6,7 @@ import numpy as np
 
 from tcp.boards.choose import Solved
 from tcp.boards.trail import Trail
+from tcp.bounds.one_tree import one_tree_bound
 from tcp.files.excellon import Program
 from tcp.instance import Instance
 from tcp.solve import sharpen
@@ -49,8 +50,6 @@ def loose_bound(
     seconds : float
         Time for Held and Karp's ascent.
     """
-    from tcp.bounds.one_tree import one_tree_bound  # loads numba
-
     places = np.unique(np.stack([trail.x, trail.y])[:, trail.part == number], axis=1)
     if places.shape[1] < 3:
         return 0

@@ -7,6 +7,7 @@ from enum import StrEnum
 from pathlib import Path
 from typing import Any
 
+from tcp.bounds.one_tree import one_tree_bound
 from tcp.instance import Instance
 from tcp.result import Proof, Report, Result, silent
 from tcp.solve import SMALL, refuses, sharpen, solve
@@ -144,8 +145,6 @@ def _seek_share(instance: Instance, proves: bool) -> float:
 
 def _bounded(instance: Instance, best: Answer, seconds: float) -> Answer:
     """With Held and Karp's bound, where it is the better one."""
-    from tcp.bounds.one_tree import one_tree_bound  # loads numba
-
     if best.interrupted:
         return best
     clock = Clock(Stop(seconds))

@@ -35,7 +35,8 @@ from tcp.instance import Instance
 from tcp.travel import Ints, describe
 
 FORMAT = "tcp-certificate"
-VERSION = 1
+VERSION = 2
+"""The newest version; a certificate without weighted cuts is written as version 1."""
 
 MAX_BYTES = 2**28
 """Largest certificate that is read, uncompressed (256 MiB)."""
@@ -103,6 +104,18 @@ class Leaf:
 Node = EdgeBranch | SetBranch | Fix | Leaf
 
 
+@dataclass(frozen=True)
+class Weighted:
+    """A local cut: indices of sets and their weights, each at least 1.
+
+    Its right-hand side is the least that any tour of the parts weighs into
+    which the sets split the nodes; it is not written but found again.
+    """
+
+    sets: tuple[int, ...]
+    weights: tuple[int, ...]
+
+
 class Pool:
     """Node sets and cuts, each kept once.
 
@@ -110,16 +123,16 @@ class Pool:
     ----------
     sets : list of tuple of int
         Sorted node sets.
-    cuts : list of tuple of int
+    cuts : list of tuple of int, or Weighted
         Indices into ``sets``: one set is a subtour cut, a handle followed by
         an odd number of at least three disjoint teeth is a comb.
     """
 
     def __init__(self) -> None:
         self.sets: list[tuple[int, ...]] = []
-        self.cuts: list[tuple[int, ...]] = []
+        self.cuts: list[tuple[int, ...] | Weighted] = []
         self._set_at: dict[tuple[int, ...], int] = {}
-        self._cut_at: dict[tuple[int, ...], int] = {}
+        self._cut_at: dict[tuple[int, ...] | Weighted, int] = {}
 
     def set(self, nodes: Iterable[int]) -> int:
         """Index of a node set, entered if it is new."""
@@ -129,9 +142,10 @@ class Pool:
             self.sets.append(key)
         return self._set_at[key]
 
-    def cut(self, sets: Iterable[Iterable[int]]) -> int:
-        """Index of the cut over these node sets, entered if it is new."""
-        key = tuple(self.set(nodes) for nodes in sets)
+    def cut(self, sets: Iterable[Iterable[int]], weights: Sequence[int] = ()) -> int:
+        """Index of the cut over these node sets, entered if it is new; weights make it local."""
+        listed = tuple(self.set(nodes) for nodes in sets)
+        key = Weighted(listed, tuple(weights)) if weights else listed
         if key not in self._cut_at:
             self._cut_at[key] = len(self.cuts)
             self.cuts.append(key)
@@ -164,7 +178,7 @@ class Certificate:
     upper: int | None
     route: tuple[int, ...] | None = field(repr=False)
     sets: tuple[tuple[int, ...], ...] = field(repr=False)
-    cuts: tuple[tuple[int, ...], ...] = field(repr=False)
+    cuts: tuple[tuple[int, ...] | Weighted, ...] = field(repr=False)
     tree: tuple[Node, ...] = field(repr=False)
 
     @classmethod
@@ -280,14 +294,14 @@ def to_text(certificate: Certificate) -> str:
         claim["upper"] = certificate.upper
     data: dict[str, Any] = {
         "format": FORMAT,
-        "version": VERSION,
+        "version": VERSION if any(isinstance(c, Weighted) for c in certificate.cuts) else 1,
         "instance": dict(certificate.instance),
         "claim": claim,
     }
     if certificate.route is not None:
         data["route"] = list(certificate.route)
     data["sets"] = [_runs(nodes) for nodes in certificate.sets]
-    data["cuts"] = [list(cut) for cut in certificate.cuts]
+    data["cuts"] = [_cut_data(cut) for cut in certificate.cuts]
     before = np.zeros(0, dtype=np.int64)
     rows = []
     for node in certificate.tree:
@@ -303,12 +317,12 @@ def from_text(text: str, path: str | Path | None = None) -> Certificate:
     Raises
     ------
     InputError
-        If the text is no certificate of this version.
+        If the text is no certificate of a version up to this one.
     """
     try:
         data = json.loads(text)
-        if data["format"] != FORMAT or data["version"] != VERSION:
-            raise InputError(f"not a {FORMAT} of version {VERSION}", path)
+        if data["format"] != FORMAT or data["version"] not in range(1, VERSION + 1):
+            raise InputError(f"not a {FORMAT} of version 1 to {VERSION}", path)
         size = len(data["instance"]["ids"]) + 2
         before = np.zeros(0, dtype=np.int64)
         tree: list[Node] = []
@@ -322,7 +336,7 @@ def from_text(text: str, path: str | Path | None = None) -> Certificate:
             upper=data["claim"].get("upper"),
             route=None if route is None else tuple(route),
             sets=tuple(_nodes(runs, size) for runs in data["sets"]),
-            cuts=tuple(tuple(cut) for cut in data["cuts"]),
+            cuts=tuple(_cut_from(cut) for cut in data["cuts"]),
             tree=tuple(tree),
         )
     except (KeyError, TypeError, ValueError, AttributeError, OverflowError, RecursionError) as e:
@@ -395,14 +409,30 @@ def _moved(node: Node, place: Mapping[int, int]) -> Node:
             return node
 
 
+def _cut_data(cut: tuple[int, ...] | Weighted) -> Any:
+    if isinstance(cut, Weighted):
+        return {"sets": list(cut.sets), "weights": list(cut.weights)}
+    return list(cut)
+
+
+def _cut_from(data: Any) -> tuple[int, ...] | Weighted:
+    if isinstance(data, dict):
+        return Weighted(tuple(data["sets"]), tuple(data["weights"]))
+    return tuple(data)
+
+
 def _used(
     pool: Pool, nodes: list[Node]
-) -> tuple[tuple[tuple[int, ...], ...], tuple[tuple[int, ...], ...], list[Node]]:
+) -> tuple[tuple[tuple[int, ...], ...], tuple[tuple[int, ...] | Weighted, ...], list[Node]]:
     """The part of the pool that the tree speaks of, renumbered in order of appearance."""
     small = Pool()
 
+    def renewed(cut: tuple[int, ...] | Weighted) -> int:
+        sets, weights = (cut.sets, cut.weights) if isinstance(cut, Weighted) else (cut, ())
+        return small.cut((pool.sets[s] for s in sets), weights)
+
     def fresh(duals: Duals) -> Duals:
-        cuts = [(small.cut(pool.sets[s] for s in pool.cuts[k]), int(y)) for k, y in duals.cuts]
+        cuts = [(renewed(pool.cuts[k]), int(y)) for k, y in duals.cuts]
         branches = [(small.set(pool.sets[s]), int(y)) for s, y in duals.branches]
         return replace(duals, cuts=tuple(sorted(cuts)), branches=tuple(sorted(branches)))
 

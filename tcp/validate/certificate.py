@@ -27,9 +27,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-VERSION, REFUTED, MALFORMED, UNSUPPORTED = 1, 1, 3, 6
+VERSIONS, REFUTED, MALFORMED, UNSUPPORTED = (1, 2), 1, 3, 6
 LIMIT = 2**61  # every number of a certificate, and every int64 intermediate, stays below
 MAX_BYTES, MAX_LISTS, MAX_NUMBERS = 2**28, 6_000_000, 60_000_000
+PARTS, HEAVIEST = 16, 2**20  # of a local cut: most parts, largest weight
 KINDS = {"edge": "children", "set": "children", "fix": "child", "leaf": ""}
 BLOCK, MOST_PAIRS = 2**18, 2**24  # pairs handled at a time; most pairs that a fixing lists
 
@@ -114,7 +115,8 @@ def load(raw: bytes) -> dict[str, Any]:
     ours = type(data) is dict and data.get("format") == "tcp-certificate"
     demand(ours, 'expected a JSON object with "format": "tcp-certificate"')
     (version,) = wholes([data.get("version")])
-    demand(version == VERSION, f"version {version}; this checker knows {VERSION}", UNSUPPORTED)
+    known = version in VERSIONS
+    demand(known, f"version {version}; this checker knows {VERSIONS[-1]} and before", UNSUPPORTED)
     return fields(data, "format version instance claim sets cuts tree", "route")
 
 
@@ -356,10 +358,24 @@ class Duals(NamedTuple):
     weights: dict[int, int]
 
 
-class Pool:
-    """Node sets as runs, and cuts (sets, right-hand side) whose structure is verified."""
+def least_tour(lengths: Any) -> int:
+    """The length of a shortest closed tour of a few parts (Held and Karp 1962)."""
+    last = len(lengths) - 1
+    best = np.full((1 << last, last), LIMIT, dtype=np.int64)  # by parts visited, and the last one
+    best[1 << np.arange(last), np.arange(last)] = lengths[last, :last]
+    visited = np.arange(1 << last)
+    number = sum(visited >> k & 1 for k in range(last))
+    for count in range(1, last):
+        for k in range(last):
+            before = visited[(number == count) & (visited >> k & 1 == 0)]
+            best[before | 1 << k, k] = (best[before] + lengths[:last, k]).min(axis=1)
+    return int((best[-1] + lengths[:last, last]).min())
 
-    def __init__(self, sets: Any, cuts: Any, size: int):
+
+class Pool:
+    """Node sets as runs, and cuts (weight of each set, right-hand side) that are verified."""
+
+    def __init__(self, sets: Any, cuts: Any, size: int, version: int):
         demand(type(sets) is list and type(cuts) is list, "sets and cuts are lists")
         self.size, self.sets = size, sets
         for ends in sets:
@@ -369,18 +385,40 @@ class Pool:
             demand(len(ends) % 2 == 0 and ascending, "a set is first, last, first, last, ...")
             nodes = sum(gaps[::2]) + len(ends) // 2
             demand(0 < nodes < size, "a set must hold some nodes but not all", REFUTED)
-        self.cuts = [self._structure(wholes(cut, 0, len(sets) - 1)) for cut in cuts]
+        self.least: dict[bytes, int] = {}  # what the local cuts' tours weigh, by pattern
+        self.cuts = [
+            self._local(cut) if type(cut) is dict and version > 1 else self._template(cut)
+            for cut in cuts
+        ]
 
-    def _structure(self, cut: list[int]) -> tuple[list[int], int]:
+    def _local(self, cut: Any) -> tuple[dict[int, int], int]:
+        """Weighted sets: at least the least weight of a tour of the parts they make of the nodes.
+
+        Weights on sets make a metric in which a part has no extent: a tour of all nodes,
+        shortened to one visit of each part, weighs no more.
+        """
+        cut = fields(cut, "sets weights")
+        sets = wholes(cut["sets"], 0, len(self.sets) - 1)
+        weights = np.array(wholes(cut["weights"], 1, HEAVIEST), dtype=np.int64)
+        good = 0 < len(sets) == len(weights) <= PARTS**2 and len(set(sets)) == len(sets)
+        demand(good, "a local cut has different sets and a weight for each")
+        parts = np.unique(self.members(sets), axis=1).T.astype(np.int64)
+        demand(len(parts) <= PARTS, f"a local cut's sets make more than {PARTS} parts", REFUTED)
+        pattern = parts.tobytes() + weights.tobytes()
+        if pattern not in self.least:
+            self.least[pattern] = least_tour(abs(parts[:, None] - parts) @ weights)
+        return dict(zip(sets, weights.tolist(), strict=True)), self.least[pattern]
+
+    def _template(self, cut: Any) -> tuple[dict[int, int], int]:
         """One set S: x(d(S)) >= 2.  Handle and t teeth: the comb inequality, >= 3t + 1."""
-        t = len(cut) - 1
+        t = len(wholes(cut, 0, len(self.sets) - 1)) - 1
         demand(t == 0 or (t >= 3 and t % 2), "a comb needs an odd number of >= 3 teeth", REFUTED)
         if t:
             handle, *teeth = self.members(cut)
             demand((np.sum(teeth, axis=0) <= 1).all(), "two teeth of a comb share a node", REFUTED)
             crossed = all((tooth & handle).any() and (tooth & ~handle).any() for tooth in teeth)
             demand(crossed, "a tooth of a comb does not cross the handle", REFUTED)
-        return cut, 3 * t + 1 if t else 2
+        return dict.fromkeys(cut, 1), 3 * t + 1 if t else 2
 
     def members(self, which: Sequence[int]) -> Any:
         """Boolean matrix (sets, nodes): which nodes each set holds."""
@@ -408,9 +446,9 @@ class Pool:
                 else:
                     good = k in above[3 if y > 0 else 2]
                     demand(good, "a multiplier needs a set branch above its node", REFUTED)
-                    sets, side = [k], 4 if y > 0 else 2
+                    sets, side = {k: 1}, 4 if y > 0 else 2
                 rhs += y * side
-                weights.update(dict.fromkeys(sets, y))
+                weights.update({s: y * w for s, w in sets.items()})
         return Duals(scale, pi, rhs, {s: w for s, w in weights.items() if w})
 
 
@@ -585,7 +623,8 @@ def check(raw: bytes, holes: Sequence[Hole] | None = None, sha256: str | None = 
         good = lower is not None and lower <= upper
         demand(good, "the route given contradicts the claimed lower bound", REFUTED)
         check_route(problem, data["route"], upper)
-    check_tree(problem, Pool(data["sets"], data["cuts"], problem.size), data["tree"], lower)
+    pool = Pool(data["sets"], data["cuts"], problem.size, data["version"])
+    check_tree(problem, pool, data["tree"], lower)
     return Verdict(statement(problem, lower, upper), stated, lower, upper)
 
 

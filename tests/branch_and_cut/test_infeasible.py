@@ -13,6 +13,7 @@ import tcp.validate.certificate as checker
 from tcp import Ends, Instance, Proof, Rules, Status, Workpiece, solve
 from tcp.cli.main import main
 from tcp.errors import Exit
+from tcp.exact.branch_and_cut import cutting
 from tests.certificates.mutation_run import Tally, run
 
 Edges = set[tuple[int, int]]
@@ -62,13 +63,22 @@ GRAPHS = {"snark 12": (snark(3), 12), "snark 20": (snark(5), 20), "coxeter": (co
 
 
 @pytest.mark.parametrize("name", GRAPHS)
-def test_graphs_without_a_cycle_are_proved_infeasible_at_depth(name, tmp_path):
+def test_graphs_without_a_cycle_are_proved_infeasible_at_depth(name, tmp_path, monkeypatch):
+    monkeypatch.setattr(cutting, "KEYHOLES", ())  # local cuts see through the smallest at once
     edges, n = GRAPHS[name]
     assert len(edges) == 3 * n // 2
     status, data = proved(only(edges, n, 1, closed=True), tmp_path / "no.cert.json")
     assert status is Status.INFEASIBLE
     assert data["claim"] == {"infeasible": True} and "route" not in data
     assert len(rays(data)) > 1 and len(data["tree"]) > 2
+
+
+def test_local_cuts_see_that_a_small_graph_has_no_cycle(tmp_path):
+    edges, n = GRAPHS["snark 12"]
+    status, data = proved(only(edges, n, 1, closed=True), tmp_path / "no.cert.json")
+    assert status is Status.INFEASIBLE
+    assert len(data["tree"]) == 1
+    assert any(type(cut) is dict for cut in data["cuts"])
 
 
 def test_fixed_ends_that_are_neighbours_ask_for_the_missing_cycle(tmp_path):

@@ -17,7 +17,7 @@ import numpy as np
 from tcp import Ends, Instance, Model, Rules, Travel, Workpiece
 from tcp.files.certificate import Certificate, Duals, Leaf, to_text
 from tests.certificates.mutations import Data, absolute, relative
-from tests.certificates.samples import random_instance
+from tests.certificates.samples import random_instance, with_local_cuts
 from tests.certificates.tiny_prover import prove
 
 FOLDER = Path(__file__).parent
@@ -65,6 +65,7 @@ def correct() -> dict[str, Certificate]:
         "set-branch": found(lambda p: any(d.branches for d in vectors(p))),
         "fix": found(lambda p: {"Fix", "EdgeBranch"} <= kinds_in(p)),
         "comb": found(lambda p: any(len(cut) > 1 for cut in p.cuts)),
+        "local": with_local_cuts(found(lambda p: any(len(cut) > 1 for cut in p.cuts))),
         "infeasible": found(lambda p: p.lower is None and len(p.instance["ids"]) > 2),
     }
 
@@ -122,6 +123,20 @@ def combed(change: Callable[[list[int], Data], None]) -> Callable[[Data], None]:
     return lambda data: change(comb_of(data), data)
 
 
+def local_of(data: Data) -> Data:
+    return next(cut for cut in data["cuts"] if type(cut) is dict)
+
+
+def set_twice(data: Data) -> None:
+    sets = local_of(data)["sets"]
+    sets[0] = sets[1]
+
+
+def tooth_lost(data: Data) -> None:
+    for field in ("sets", "weights"):
+        local_of(data)[field].pop()
+
+
 def negative_cut(data: Data) -> None:
     vector = next(n["leaf"] for n in data["tree"] if n.get("leaf") and "cuts" in n["leaf"])
     vector["cuts"][1] *= -1
@@ -164,6 +179,7 @@ INCORRECT: dict[str, tuple[str, Callable[[Data], None]]] = {
     "comb-two-teeth": ("comb", combed(lambda cut, d: cut.pop())),
     "comb-tooth-twice": ("comb", combed(lambda cut, d: cut.__setitem__(1, cut[2]))),
     "comb-handle-as-tooth": ("comb", combed(lambda cut, d: cut.__setitem__(1, cut[0]))),
+    "local-without-a-tooth": ("local", tooth_lost),
     "set-of-all": ("comb", lambda d: d["sets"].append([0, len(d["instance"]["ids"])])),
     "farkas-too-weak": ("infeasible", no_potentials),
 }  # fmt: skip
@@ -201,6 +217,11 @@ MALFORMED: dict[str, tuple[str, Callable[[Data], None]]] = {
     "dropped-leaf": ("edge-branch", lambda d: d["tree"].pop()),
     "duplicated-leaf": ("edge-branch", lambda d: d["tree"].append(d["tree"][-1])),
     "edge-to-itself": ("edge-branch", lambda d: branch(d).update(edge=[1, 1])),
+    "local-in-version-1": ("local", put("version", value=1)),
+    "local-weight-zero": ("local", lambda d: local_of(d)["weights"].__setitem__(0, 0)),
+    "local-weight-missing": ("local", lambda d: local_of(d)["weights"].pop()),
+    "local-set-twice": ("local", set_twice),
+    "local-with-rhs": ("local", lambda d: local_of(d).update(rhs=100)),
     "set-not-ascending": ("comb", put("sets", 0, value=[2, 1])),
     "set-with-node-99": ("comb", put("sets", 0, value=[0, 99])),
 }  # fmt: skip

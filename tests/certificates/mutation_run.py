@@ -13,7 +13,7 @@ import numpy as np
 import tcp.validate.certificate as checker
 from tcp.files.certificate import to_text
 from tests.certificates.mutations import Inapplicable, instance_of, kinds, mutate, optimum
-from tests.certificates.samples import random_instance
+from tests.certificates.samples import random_instance, with_local_cuts
 from tests.certificates.tiny_prover import prove
 
 Truths = int | None | Literal["ask"]
@@ -65,6 +65,8 @@ def bases(count: int, seed: int = 0) -> list[str]:
         if any(shapes[s] < count for s in shape if s in SHAPES) or seed % 4 == 0:
             shapes.update(shape)
             texts.append(to_text(proof))
+            if "comb" in shape:
+                texts.append(to_text(with_local_cuts(proof)))
     return texts
 
 

@@ -158,25 +158,55 @@ def set_without_a_run(data: Data, rng: Rng) -> None:
     del runs[at : at + 2]
 
 
+def templates(data: Data, several: bool) -> list[list[int]]:
+    """The combs, or the subtour cuts."""
+    listed = [cut for cut in data["cuts"] if type(cut) is list]
+    return [cut for cut in listed if (len(cut) > 1) == several]
+
+
+def local(data: Data) -> list[Data]:
+    return [cut for cut in data["cuts"] if type(cut) is dict]
+
+
 def tooth(data: Data, rng: Rng) -> None:
-    comb = pick(rng, [cut for cut in data["cuts"] if len(cut) > 1])
+    comb = pick(rng, templates(data, several=True))
     comb[int(rng.integers(len(comb)))] = int(rng.integers(len(data["sets"])))
 
 
 def teeth_count(data: Data, rng: Rng) -> None:
-    comb = pick(rng, [cut for cut in data["cuts"] if len(cut) > 1])
+    comb = pick(rng, templates(data, several=True))
     at = int(rng.integers(len(comb)))
     comb[at : at + 1] = [] if rng.integers(2) else [comb[at], comb[at]]
 
 
 def handle_and_tooth(data: Data, rng: Rng) -> None:
-    comb = pick(rng, [cut for cut in data["cuts"] if len(cut) > 1])
+    comb = pick(rng, templates(data, several=True))
     comb[0], comb[1] = comb[1], comb[0]
 
 
 def subtour_to_comb(data: Data, rng: Rng) -> None:
     some = rng.integers(len(data["sets"]) or 1, size=3).tolist()
-    pick(rng, [cut for cut in data["cuts"] if len(cut) == 1]).extend(some)
+    pick(rng, templates(data, several=False)).extend(some)
+
+
+def local_weight(data: Data, rng: Rng) -> None:
+    bump(rng, pick(rng, local(data))["weights"])
+
+
+def local_set(data: Data, rng: Rng) -> None:
+    bump(rng, pick(rng, local(data))["sets"])
+
+
+def local_with_fewer_sets(data: Data, rng: Rng) -> None:
+    cut = pick(rng, local(data))
+    at = int(rng.integers(len(cut["sets"])))
+    for field in ("sets", "weights") if rng.integers(8) else ("weights",):
+        del cut[field][at]
+
+
+def local_in_version_1(data: Data, rng: Rng) -> None:
+    pick(rng, local(data))
+    data["version"] = 1
 
 
 def branch_edge(data: Data, rng: Rng) -> None:
@@ -414,6 +444,7 @@ ON_INSTANCE = [coordinate, hole_id, hole_order, matrix_entry, travel, grid, ends
 ON_PROOF = [
     potential, cut_multiplier, branch_multiplier, negative_multiplier, other_cut, other_set, scale,
     set_by_a_hole, set_without_a_run, tooth, teeth_count, handle_and_tooth, subtour_to_comb,
+    local_weight, local_set, local_with_fewer_sets, local_in_version_1,
     branch_edge, branch_set, branch_kind, swapped_children, child_index, swapped_subtrees,
     dropped_leaf, removed_node, duplicated_node, shared_child, loop, leaf_without_duals,
     fix_and_leaf, claim_by_one, claim_by_g, claim_infeasible, claim_without_route, route, sha,

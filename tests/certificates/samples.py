@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from fractions import Fraction
 
 import numpy as np
 
 from tcp import Ends, Instance, Model, Rules, Travel, Workpiece
+from tcp.files.certificate import Certificate, Weighted
 from tcp.travel import Rounding
 
 TRAVELS = [
@@ -69,3 +71,12 @@ def random_instance(rng: np.random.Generator, most: int = 6) -> Instance:
     if n > 2:
         rules += [Rules(forbidden=((0, 1),), together=((2, 1),)), Rules(together=((0, 2),))]
     return Instance(piece, travel, kinds[rng.integers(len(kinds))], rules[rng.integers(len(rules))])
+
+
+def with_local_cuts(proof: Certificate) -> Certificate:
+    """The same proof with every comb as a local cut: all tours of its parts say the same."""
+    cuts = (
+        Weighted(cut, (1,) * len(cut)) if isinstance(cut, tuple) and len(cut) > 1 else cut
+        for cut in proof.cuts
+    )
+    return replace(proof, cuts=tuple(cuts))

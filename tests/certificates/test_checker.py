@@ -80,7 +80,7 @@ def test_bounds_are_what_the_definition_says(seed, factor):
     scale = int(rng.integers(0, 9)) * factor * (seed % 3 > 0)
     data = {"scale": scale, "pi": pi}
     data["branches"] = [v for s, y in weights.items() if y for v in (s, y)]
-    own = checker.Pool([_runs(nodes) for nodes in pool.sets], [], size)
+    own = checker.Pool([_runs(nodes) for nodes in pool.sets], [], size, 1)
     bound = (2 if size > 1 else 0) * sum(pi)
     bound += sum(y * (4 if y > 0 else 2) for y in weights.values())
     reduced = {}

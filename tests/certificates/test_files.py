@@ -105,8 +105,8 @@ def test_bytes_that_are_no_text_or_no_gzip(tmp_path):
 
 
 def test_other_versions_are_unsupported():
-    with pytest.raises(checker.Failure, match="version 2") as caught:
-        checker.check(FIVE.replace('"version":1', '"version":2').encode())
+    with pytest.raises(checker.Failure, match="version 3") as caught:
+        checker.check(FIVE.replace('"version":1', '"version":3').encode())
     assert caught.value.code == 6
 
 
@@ -155,7 +155,7 @@ def test_tcp_check_has_its_exit_codes(tmp_path, holes):
     assert check(FOLDER / "correct" / "five.json", "--start", "1")[0] == 2
     assert check(FOLDER / "correct" / "five.json", tmp_path / "none.csv")[0] == 3
     newer = tmp_path / "newer.json"
-    newer.write_text(FIVE.replace('"version":1', '"version":2'))
+    newer.write_text(FIVE.replace('"version":1', '"version":3'))
     assert check(newer)[0] == 6
     code, text = check(newer, "--json")
     assert code == 6 and json.loads(text)["verdict"] == "unsupported"

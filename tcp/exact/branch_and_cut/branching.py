@@ -100,7 +100,7 @@ class Brancher:
 
     def _sets(self, support: Support, tour: Ints) -> list[Cut]:
         """Different sets of combs and intervals: x(delta(S)) near 3 and a costly boundary."""
-        combs = [cut for cut in self.lp.cuts if cut.teeth]
+        combs = [cut for cut in self.lp.cuts if len(cut.ends) > 1]
         first, last, weight = light_intervals(by_position(support, tour), light=3.5)
         near = np.nonzero(np.abs(weight) < OFF)[0]
         listed = [*combs, *(Cut.of([tour[first[t] : last[t] + 1]]) for t in near)]

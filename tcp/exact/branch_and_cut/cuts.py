@@ -1,15 +1,18 @@
 """What a cut is, and families of cuts flattened for compiled code.
 
-A cut says ``sum over its sets S of x(delta(S)) >= rhs``.  One set is a subtour
-cut (rhs 2).  A comb has a handle and an odd number t >= 3 of disjoint teeth,
-each with nodes inside and outside the handle (rhs 3 t + 1; Groetschel and
-Padberg 1979 in the form of Applegate, Bixby, Chvatal and Cook 2006, ch. 5).
+A cut says ``sum over its sets S of weight_S x(delta(S)) >= rhs``.  One set is a
+subtour cut (rhs 2).  A comb has a handle and an odd number t >= 3 of disjoint
+teeth, each with nodes inside and outside the handle (rhs 3 t + 1; Groetschel
+and Padberg 1979 in the form of Applegate, Bixby, Chvatal and Cook 2006, ch. 5).
+Any other family is a *local* cut, valid because its sets split the nodes into
+so few parts that all tours of the parts can be examined (``local.py``).
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from itertools import chain
 
 import numpy as np
 from numba import njit
@@ -30,10 +33,19 @@ class Cut:
         The sets one after the other, each ascending; a comb's handle first.
     ends : tuple of int
         Where each set ends in ``nodes``.
+    weights : tuple of int
+        The sets' weights, all 1 but for local cuts.
+    rhs : int
+        The right-hand side.
+    local : bool
+        Whether it is neither a subtour cut nor a comb.
     """
 
     nodes: Nodes
     ends: tuple[int, ...]
+    weights: tuple[int, ...]
+    rhs: int
+    local: bool = False
     key: bytes = field(default=b"", repr=False)
 
     @classmethod
@@ -41,19 +53,31 @@ class Cut:
         """A cut from its sets: one, or a handle followed by its teeth."""
         parts = [np.sort(np.asarray(s, np.int32)) for s in sets]
         parts[1:] = sorted(parts[1:], key=lambda tooth: int(tooth[0]))
+        teeth = len(parts) - 1
+        return cls._made(parts, (1,) * len(parts), 3 * teeth + 1 if teeth else 2, False)
+
+    @classmethod
+    def weighted(
+        cls, sets: Sequence[Sequence[int] | Ints], weights: Sequence[int], rhs: int
+    ) -> Cut:
+        """A local cut from its sets, their weights (>= 1) and its right-hand side."""
+        parts = [np.sort(np.asarray(s, np.int32)) for s in sets]
+        order = sorted(range(len(parts)), key=lambda k: (len(parts[k]), parts[k].tolist()))
+        chosen = tuple(int(weights[k]) for k in order)
+        return cls._made([parts[k] for k in order], chosen, rhs, True)
+
+    @classmethod
+    def _made(cls, parts: list[Nodes], weights: tuple[int, ...], rhs: int, local: bool) -> Cut:
         ends = tuple(np.cumsum([len(p) for p in parts]).tolist())
         nodes = np.concatenate(parts)
-        return cls(nodes, ends, nodes.tobytes() + bytes(str(ends), "ascii"))
+        shape = (ends, weights, rhs) if local else ends
+        key = nodes.tobytes() + bytes(str(shape), "ascii")
+        return cls(nodes, ends, weights, rhs, local, key)
 
     @property
-    def teeth(self) -> int:
-        """Number of teeth; 0 for a subtour cut."""
-        return len(self.ends) - 1
-
-    @property
-    def rhs(self) -> int:
-        """The right-hand side: 2, or 3 t + 1."""
-        return 3 * self.teeth + 1 if self.teeth else 2
+    def comb(self) -> bool:
+        """Whether it has a handle and teeth."""
+        return not self.local and len(self.ends) > 1
 
     @property
     def sets(self) -> tuple[Nodes, ...]:
@@ -72,11 +96,15 @@ def smaller_side(nodes: Sequence[int] | Ints | Nodes, size: int) -> Ints:
 
 @dataclass(frozen=True, eq=False)
 class Family:
-    """Many cuts as flat arrays: set s holds nodes[ptr[s]:ptr[s+1]] and belongs to cut owner[s]."""
+    """Many cuts as flat arrays: set s holds nodes[ptr[s]:ptr[s+1]].
+
+    It belongs to cut ``owner[s]`` and weighs ``weight[s]`` there.
+    """
 
     owner: Ints
     ptr: Ints
     nodes: Nodes
+    weight: Ints
     count: int
 
     @classmethod
@@ -84,13 +112,15 @@ class Family:
         """Flatten cuts in the given order."""
         count = len(cuts)
         if not count:
-            return cls(np.zeros(0, np.int64), np.zeros(1, np.int64), np.zeros(0, np.int32), 0)
+            none = np.zeros(0, np.int64)
+            return cls(none, np.zeros(1, np.int64), np.zeros(0, np.int32), none, 0)
         nodes = np.concatenate([c.nodes for c in cuts])
         owner = np.repeat(np.arange(count), [len(c.ends) for c in cuts])
         offsets = np.cumsum([0] + [len(c.nodes) for c in cuts])
-        ptr = np.zeros(len(owner) + 1, np.int64)
-        ptr[1:] = np.concatenate([np.asarray(c.ends) for c in cuts]) + offsets[owner]
-        return cls(owner, ptr, nodes, count)
+        ends = np.fromiter(chain.from_iterable(c.ends for c in cuts), np.int64, len(owner))
+        ptr = np.concatenate(([0], ends + offsets[owner]))
+        weight = np.fromiter(chain.from_iterable(c.weights for c in cuts), np.int64, len(owner))
+        return cls(owner, ptr, nodes, weight, count)
 
     def membership(self, size: int) -> tuple[Ints, Ints]:
         """For each node the ascending list of sets that hold it, as (ptr, sets)."""
@@ -126,7 +156,16 @@ def rows(family: Family, i: Ints, j: Ints, size: int) -> tuple[Ints, Ints, Ints]
     """The cuts' coefficients on the columns ``i[k]``-``j[k]`` as CSR (ptr, column, value)."""
     adjacency, other, column = adjacency_lists(i, j, size)
     return _rows(
-        family.owner, family.ptr, family.nodes, family.count, adjacency, other, column, len(i), size
+        family.owner,
+        family.ptr,
+        family.nodes,
+        family.weight,
+        family.count,
+        adjacency,
+        other,
+        column,
+        len(i),
+        size,
     )
 
 
@@ -156,6 +195,7 @@ def _rows(
     owner: Ints,
     ptr: Ints,
     nodes: Nodes,
+    weight: Ints,
     count: int,
     adjacency: Ints,
     other: Ints,
@@ -183,7 +223,7 @@ def _rows(
                         if coefficient[column[e]] == 0:
                             touched[used] = column[e]
                             used += 1
-                        coefficient[column[e]] += 1
+                        coefficient[column[e]] += weight[s]
             s += 1
         while filled + used > capacity:
             capacity *= 2
@@ -200,7 +240,7 @@ def _rows(
 
 @njit(cache=True)
 def columns(
-    owner: Ints, count: int, member_ptr: Ints, member: Ints, i: Ints, j: Ints
+    owner: Ints, weight: Ints, count: int, member_ptr: Ints, member: Ints, i: Ints, j: Ints
 ) -> tuple[Ints, Ints, Ints]:
     """The columns of new pairs in existing rows as CSC (ptr, row, value); rows 0..count-1."""
     coefficient = np.zeros(count, np.int64)
@@ -229,7 +269,7 @@ def columns(
             if coefficient[row] == 0:
                 touched[used] = row
                 used += 1
-            coefficient[row] += 1
+            coefficient[row] += weight[s]
         while filled + used > capacity:
             capacity *= 2
             out_row = np.concatenate((out_row, np.empty_like(out_row)))

@@ -17,6 +17,7 @@ from tcp.exact.branch_and_cut.combs import comb_cuts
 from tcp.exact.branch_and_cut.cuts import Cut
 from tcp.exact.branch_and_cut.guide import joined
 from tcp.exact.branch_and_cut.handles import fractional_handles
+from tcp.exact.branch_and_cut.local import Keyholes
 from tcp.exact.branch_and_cut.pool import Pool
 from tcp.exact.branch_and_cut.pricing import Prices
 from tcp.exact.branch_and_cut.problem import Problem
@@ -56,6 +57,12 @@ FEW_COMBS = 10
 
 HAIR = 1e-7
 """Part of the cost within which the LP's value and the incumbent's count as equal."""
+
+KEYHOLES = (8, 10, 12)
+"""Sizes of the keyholes through which local cuts are sought, while few are found."""
+
+FEW_LOCAL = 5
+"""With so many local cuts no larger keyholes are tried."""
 
 POOLED_A_ROUND = 250
 """Most cuts that come back from the pool at once."""
@@ -119,12 +126,25 @@ class Cutter:
     polish: Callable[[], None] = lambda: None
     rounds: int = 0
 
+    def __post_init__(self) -> None:
+        self.deep = False
+        self.keyholes = Keyholes(lambda: self.clock.reason() is not None)
+
     # -- the loop ----------------------------------------------------------
 
     def process(
-        self, fixings: Fixings, branches: Sequence[SetBranch], tail: float = TAIL
+        self,
+        fixings: Fixings,
+        branches: Sequence[SetBranch],
+        tail: float = TAIL,
+        deepen: bool = False,
     ) -> NodeResult:
-        """Cut and price until the node closes or nothing helps; the LP is already entered."""
+        """Cut and price until the node closes or nothing helps; the LP is already entered.
+
+        Local cuts are sought only if told to ``deepen``: they are dear, and those of the
+        root serve below it as well.
+        """
+        self.deep = False
         best: tuple[float, Duals | None, int | None] = (-np.inf, None, None)
         history: list[float] = []
         unpriced = 0
@@ -142,7 +162,7 @@ class Cutter:
             pending = False
             if support is not None and not stop and not self._reached():
                 unpriced += 1
-                pending = self._separate(support, history, tail)
+                pending = self._separate(support, history, tail, deepen)
                 if pending and unpriced < PRICE_EVERY:
                     continue
                 self._offer_integral(support)
@@ -213,15 +233,21 @@ class Cutter:
 
     # -- separation ----------------------------------------------------------
 
-    def _separate(self, support: Support, history: list[float], tail: float) -> bool:
-        """Add cuts; False if there are none, or if they have stopped to help."""
+    def _separate(self, support: Support, history: list[float], tail: float, deepen: bool) -> bool:
+        """Add cuts; False if there are none, or if they have stopped to help.
+
+        Once templates have stalled, ``deepen`` turns to local cuts as well.
+        """
         apart = component_cuts(support)
         if apart:
             self.pool.add(apart)
             return self._enter(apart)
         history.append(self.lp.objective)
         if self._stalled(history, tail):
-            return False
+            if self.deep or not deepen:
+                return False
+            self.deep = True
+            history.clear()
         if self._price_neighbours():
             history.clear()
             return True
@@ -232,6 +258,9 @@ class Cutter:
         cuts += subtours
         if len(subtours) < 10:
             cuts += self._combs(support)
+            self.deep = self.deep or (deepen and not cuts)
+            if self.deep:
+                cuts += self._local(support)
         self.improve(support)
         return self._enter(cuts)
 
@@ -242,12 +271,20 @@ class Cutter:
     def _combs(self, support: Support) -> list[Cut]:
         handles = fractional_handles(support)
         for cut, slack in zip(self.lp.cuts, self.lp.slack.tolist(), strict=True):
-            if cut.teeth and slack < KNOWN:
+            if cut.comb and slack < KNOWN:
                 handles.append(cut.sets[0].astype(np.int64))
         found = comb_cuts(support, self.incumbent.tour, handles)
         if len(found) < FEW_COMBS:
             found += comb_cuts(support, joined(support, self.incumbent.tour), handles)
         return [cut for _, cut in found[:COMBS_A_ROUND]]
+
+    def _local(self, support: Support) -> list[Cut]:
+        found: list[Cut] = []
+        for most in KEYHOLES:
+            found += self.keyholes.cuts(support, most)
+            if len(found) >= FEW_LOCAL:
+                break
+        return found
 
     def _stalled(self, history: list[float], tail: float) -> bool:
         if len(history) <= WINDOW:

@@ -47,7 +47,7 @@ class Pool:
         value = boundary(
             family.ptr, family.nodes, support.ptr, support.other, support.weight, support.size
         )
-        total = np.bincount(family.owner, value, minlength=family.count)
+        total = np.bincount(family.owner, value * family.weight, minlength=family.count)
         missing = np.array([c.rhs for c in self._listed]) - total
         order = np.argsort(-missing, kind="stable")[:limit]
         return [self._listed[k] for k in order if missing[k] >= by]

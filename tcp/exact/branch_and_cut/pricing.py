@@ -51,7 +51,7 @@ class Prices:
     @cached_property
     def weights(self) -> Ints:
         """The weight of every set."""
-        return self.y[self.family.owner]
+        return self.y[self.family.owner] * self.family.weight
 
     @cached_property
     def membership(self) -> tuple[Ints, Ints]:

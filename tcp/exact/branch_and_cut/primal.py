@@ -16,7 +16,7 @@ from tcp.heuristics.start import start_tour
 from tcp.stop import Clock
 from tcp.travel import Ints
 
-START_KICKS = 8
+START_KICKS = 40
 """Kicks per node of the start."""
 
 POLISH_KICKS = 120

@@ -133,7 +133,9 @@ class Relaxation:
         size, count = self.problem.size, len(i)
         family = Family.of(self.cuts)
         member_ptr, member = family.membership(size)
-        ptr, row, value = columns(family.owner, family.count, member_ptr, member, i, j)
+        ptr, row, value = columns(
+            family.owner, family.weight, family.count, member_ptr, member, i, j
+        )
         extra = np.arange(count)
         start = ptr + 2 * np.arange(count + 1)
         rows_ = np.empty(start[-1], np.int64)

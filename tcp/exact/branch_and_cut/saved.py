@@ -14,6 +14,7 @@ import numpy as np
 from tcp.errors import InputError
 from tcp.exact.branch_and_cut.branching import Decision
 from tcp.exact.branch_and_cut.cuts import Cut
+from tcp.exact.branch_and_cut.local import cut_of
 from tcp.exact.branch_and_cut.proof import Duals, Fixings, ceiling, verdict
 from tcp.exact.branch_and_cut.relaxation import SetBranch
 from tcp.exact.branch_and_cut.tree import Node, Tree
@@ -46,10 +47,11 @@ def replant(state: files.Certificate, tree: Tree, path: str | Path) -> None:
         If the certificate has a shape that this engine does not write.
     """
     try:
-        tree.cutter.pool.add(_cut(state, k) for k in range(len(state.cuts)))
+        size = tree.cutter.problem.size
+        tree.cutter.pool.add(_cut(state, k, size) for k in range(len(state.cuts)))
         at = 0
         while isinstance(node := state.tree[at], files.Fix):
-            tree.root_duals = _duals(state, node.duals)
+            tree.root_duals = _duals(state, node.duals, size)
             tree.eliminate()
             at = node.child
         tree.nodes.clear()
@@ -96,7 +98,7 @@ def _leaf(state: files.Certificate, tree: Tree, saved: files.Leaf, k: int) -> No
     """Close a leaf if its duals do, else open it again."""
     node, cutter = tree.nodes[k], tree.cutter
     if saved.duals is not None and not node.fixings.contradict:
-        duals = _duals(state, saved.duals)
+        duals = _duals(state, saved.duals, cutter.problem.size)
         _respect(duals, node.branches)
         found = verdict(cutter.problem, duals, node.fixings, cutter.alive)
         if duals.scale:
@@ -116,14 +118,18 @@ def _respect(duals: Duals, branches: tuple[SetBranch, ...]) -> None:
             raise ValueError("a leaf speaks of a set branch that is not above it")
 
 
-def _cut(state: files.Certificate, k: int) -> Cut:
-    return Cut.of([np.array(state.sets[s], np.int64) for s in state.cuts[k]])
+def _cut(state: files.Certificate, k: int, size: int) -> Cut:
+    cut = state.cuts[k]
+    if isinstance(cut, files.Weighted):
+        sets = [np.array(state.sets[s], np.int64) for s in cut.sets]
+        return cut_of(sets, cut.weights, size)
+    return Cut.of([np.array(state.sets[s], np.int64) for s in cut])
 
 
-def _duals(state: files.Certificate, duals: files.Duals) -> Duals:
+def _duals(state: files.Certificate, duals: files.Duals, size: int) -> Duals:
     cuts = []
     for k, y in duals.cuts:
-        cut = _cut(state, k)
+        cut = _cut(state, k, size)
         cuts.append((cut, cut.rhs, int(y)))
     for s, y in duals.branches:
         cuts.append((Cut.of([np.array(state.sets[s], np.int64)]), 4 if y > 0 else 2, int(y)))

@@ -120,7 +120,7 @@ class Tree:
         if node.snapshot is not None and following is None:
             cutter.lp.restore(node.snapshot)
         before = cutter.incumbent.cost
-        result = cutter.process(node.fixings, node.branches)
+        result = cutter.process(node.fixings, node.branches, deepen=at == 0)
         self._record(node, result)
         if at == 0 and result.duals is not None and not result.infeasible:
             self.root_duals = result.duals

@@ -1,0 +1,421 @@
+"""Local cuts: whatever a few parts of the graph can tell, without a template.
+
+The LP solution x is looked at through a keyhole: a few *atoms* (node sets) and
+one more for all the rest.  Among all inequalities
+
+    sum over sets S of atoms of weight_S x(delta(S)) >= 1,    weight_S >= 0,
+
+that hold for every tour of the atoms, a small LP finds one that x violates
+most; its rows are tours, found one at a time by the dynamic programme of Held
+and Karp.  Such an inequality holds for every tour of the nodes: weights on
+sets make a metric, so what a tour does within an atom costs nothing and
+skipping repeated visits costs no more.  Every violated subtour cut, comb,
+path inequality ... that the keyhole shows is found, and many that nobody named.
+
+The idea is Applegate, Bixby, Chvatal and Cook's (2001, "TSP cuts which do not
+conform to the template paradigm"); to search among sums of set boundaries is
+our simplification: it needs no tilting to facets, and keeps the form of all
+other cuts.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field
+from math import gcd
+
+import highspy
+import numpy as np
+from numba import njit
+
+from tcp.exact.branch_and_cut.cuts import Cut, adjacency_lists, smaller_side
+from tcp.exact.branch_and_cut.proof import Floats
+from tcp.exact.branch_and_cut.support import Support, components, groups
+from tcp.travel import Ints
+
+VIOLATION = 0.004
+"""A local cut must miss its right-hand side by this share to be worth a row."""
+
+LIGHT = 4.0
+"""Only sets with x(delta(S)) up to this get weights: heavier ones never did."""
+
+ROUNDS = 60
+"""Most LPs solved for one keyhole."""
+
+PARTS = 16
+"""Most parts of a local cut: certificates know no more."""
+
+MEMORY = 100_000
+"""Most views remembered."""
+
+LARGEST_WEIGHT = 60
+"""Weights are fractions; the smallest is made a whole number up to this."""
+
+
+@dataclass(frozen=True, eq=False)
+class Shrunk:
+    """The support graph over atoms: which atom holds a node, and edges between atoms."""
+
+    atom: Ints
+    count: int
+    ptr: Ints
+    other: Ints
+    weight: Floats
+
+    @classmethod
+    def of(cls, support: Support, ends_apart: bool) -> Shrunk:
+        """Atoms are paths of edges with x = 1; ``ends_apart`` cuts one end off each path."""
+        one = support.x > 1.0 - 1e-6
+        atom = components(support.size, support.i[one], support.j[one])
+        if ends_apart:
+            degree = np.bincount(
+                np.concatenate((support.i[one], support.j[one])), minlength=support.size
+            )
+            ends = np.nonzero(degree == 1)[0]
+            _, first = np.unique(atom[ends], return_index=True)
+            atom[ends[first]] = atom.max() + 1 + np.arange(len(first))
+        p, q = atom[support.i], atom[support.j]
+        between = p != q
+        ptr, other, edge = adjacency_lists(p[between], q[between], int(atom.max()) + 1)
+        return cls(atom, int(atom.max()) + 1, ptr, other, support.x[between][edge])
+
+
+@dataclass
+class Keyholes:
+    """The search for local cuts; remembers views in which nothing is violated.
+
+    Parameters
+    ----------
+    stop : callable
+        Asked between keyholes whether to leave.
+    """
+
+    stop: Callable[[], bool]
+    clean: set[bytes] = field(default_factory=set)
+
+    def cuts(self, support: Support, most: int) -> list[Cut]:
+        """Violated cuts that keyholes of up to ``most`` atoms show, most violated first.
+
+        Parameters
+        ----------
+        support : Support
+            An LP solution, connected.
+        most : int
+            Atoms of a keyhole, the rest of the graph included; 4 to 16.  Time
+            and space grow as ``2 ** most``.
+        """
+        found: dict[bytes, tuple[float, Cut]] = {}
+        for ends_apart in (False, True):
+            graph = Shrunk.of(support, ends_apart)
+            members = groups(graph.atom)
+            for chunk in _keyholes(graph, most):
+                if self.stop():
+                    break
+                x = _seen(graph, chunk)
+                view = np.round(x, 5).tobytes()
+                if view in self.clean:
+                    continue
+                value, sets, weights = _separated(x)
+                cut = None
+                if value < 1.0 - VIOLATION:
+                    cut = _cut(chunk, members, sets, weights, support.size)
+                if cut is None:
+                    self.clean.add(view)
+                else:
+                    found[cut.key] = (value, cut)
+        if len(self.clean) > MEMORY:
+            self.clean.clear()
+        return [cut for _, cut in sorted(found.values(), key=lambda item: item[0])]
+
+
+# --- where to look -----------------------------------------------------------
+
+
+def _keyholes(graph: Shrunk, most: int) -> Iterator[Ints]:
+    """Different sets of atoms, one grown around every atom with fractional edges."""
+    seen = set()
+    for seed in range(graph.count):
+        near = graph.weight[graph.ptr[seed] : graph.ptr[seed + 1]]
+        if (np.abs(near - 1.0) < 1e-6).all():
+            continue
+        chunk = _grown(graph.ptr, graph.other, graph.weight, seed, min(most, graph.count) - 1)
+        key = np.sort(chunk).tobytes()
+        if len(chunk) >= 3 and key not in seen:
+            seen.add(key)
+            yield chunk
+
+
+@njit(cache=True)
+def _grown(ptr: Ints, other: Ints, weight: Floats, seed: int, size: int) -> Ints:
+    """Up to ``size`` atoms: always the one that most weight ties to those before it."""
+    chunk = np.empty(size, np.int64)
+    near = np.empty(len(other) + 1, np.int64)
+    pull = np.zeros(len(other) + 1)
+    near[0] = seed
+    known, count = 1, 0
+    while count < size:
+        best = -1
+        for k in range(known):
+            if near[k] >= 0 and (best < 0 or pull[k] > pull[best] + 1e-9):
+                best = k
+        if best < 0:
+            break
+        v = near[best]
+        near[best] = -1
+        chunk[count] = v
+        count += 1
+        for e in range(ptr[v], ptr[v + 1]):
+            u = other[e]
+            if (chunk[:count] == u).any():
+                continue
+            at = 0
+            while at < known and near[at] != u:
+                at += 1
+            if at == known:
+                near[at], pull[at] = u, 0.0
+                known += 1
+            pull[at] += weight[e]
+    return chunk[:count]
+
+
+def _seen(graph: Shrunk, chunk: Ints) -> Floats:
+    """Values between the atoms of a keyhole; the last row and column are the rest of the graph."""
+    rest = len(chunk)
+    place = {int(v): k for k, v in enumerate(chunk)}
+    x = np.zeros((rest + 1, rest + 1))
+    for v, k in place.items():
+        for e in range(graph.ptr[v], graph.ptr[v + 1]):
+            other = place.get(int(graph.other[e]), rest)
+            x[k, other] += graph.weight[e]
+            if other == rest:
+                x[rest, k] += graph.weight[e]
+    return x
+
+
+# --- what can be seen there ------------------------------------------------------
+
+
+def _separated(x: Floats) -> tuple[float, Ints, Floats]:
+    """The least of ``sum weight_S x(delta(S))`` over weights with at least 1 for every tour.
+
+    Returns the value, the sets with positive weight as bit masks of atoms (the
+    rest of the graph is in none), and their weights.  The value is 1 where
+    nothing is violated: no more than 1 - VIOLATION, or nothing was found in time.
+    """
+    values = _boundaries(x)
+    sets = np.nonzero(values < LIGHT + 1e-6)[0]
+    sets = sets[sets > 0]
+    h = highspy.Highs()
+    h.silent()
+    for option, setting in {"presolve": "off", "solver": "simplex", "threads": 1}.items():
+        h.setOptionValue(option, setting)
+    columns = np.arange(len(sets), dtype=np.int32)
+    h.addVars(len(sets), np.zeros(len(sets)), np.full(len(sets), highspy.kHighsInf))
+    h.changeColsCost(len(sets), columns, values[sets])
+    weights = np.zeros(len(sets))
+    tours = _short_tours(1.0 - np.minimum(x, 1.0), np.inf)
+    for _ in range(ROUNDS):
+        if not len(tours):
+            used = weights > 1e-9
+            return h.getInfo().objective_function_value, sets[used], weights[used]
+        rows = len(tours)
+        h.addRows(
+            rows,
+            np.ones(rows),
+            np.full(rows, highspy.kHighsInf),
+            rows * len(sets),
+            np.arange(rows, dtype=np.int32) * len(sets),
+            np.tile(columns, rows),
+            _crossings(tours, sets).ravel(),
+        )
+        h.run()
+        solved = h.getModelStatus() == highspy.HighsModelStatus.kOptimal
+        if not solved or h.getInfo().objective_function_value > 1.0 - VIOLATION:
+            break  # the value only grows
+        weights = np.array(h.getSolution().col_value)
+        tours = _too_short(_lengths(sets, weights, len(x)))
+    return 1.0, sets[:0], np.zeros(0)
+
+
+def _cut(chunk: Ints, members: list[Ints], sets: Ints, weights: Floats, size: int) -> Cut | None:
+    """The cut in whole numbers; None if they would be too large, or a set is all there is."""
+    whole = _whole(weights)
+    if whole is None:
+        return None
+    parts, kept = [], []
+    for mask, weight in zip(sets.tolist(), whole.tolist(), strict=True):
+        nodes = np.concatenate([members[v] for k, v in enumerate(chunk) if mask >> k & 1])
+        part = smaller_side(nodes, size)
+        if len(part) > 1:  # the degree of a node is 2 in every solution
+            parts.append(part)
+            kept.append(weight)
+    return cut_of(parts, kept, size) if parts else None
+
+
+def cut_of(sets: Sequence[Ints], weights: Sequence[int], size: int) -> Cut:
+    """The cut over weighted sets of ``size`` nodes: its right-hand side is the least of any tour.
+
+    Raises
+    ------
+    ValueError
+        If the sets split the nodes into more than :data:`PARTS` parts.
+    """
+    if len(sets) == 1:
+        return Cut.of(sets)
+    nodes = np.unique(np.concatenate(sets))
+    inside = np.array([np.isin(nodes, part) for part in sets])
+    if len(nodes) < size:
+        inside = np.pad(inside, ((0, 0), (0, 1)))  # the nodes in no set are a part as well
+    parts = np.unique(inside, axis=1).T.astype(np.float64)
+    if len(parts) > PARTS:
+        raise ValueError(f"a local cut has at most {PARTS} parts, not {len(parts)}")
+    lengths = np.abs(parts[:, None] - parts) @ np.array(weights, np.float64)
+    _, length = shortest_tour(lengths)
+    return Cut.weighted(sets, weights, round(length))
+
+
+def _whole(weights: Floats) -> Ints | None:
+    """The weights in lowest whole numbers; None if they need too large ones."""
+    share = weights / weights.min()
+    for factor in range(1, LARGEST_WEIGHT + 1):
+        nearest = np.rint(share * factor)
+        if np.abs(share * factor - nearest).max() < 1e-4:
+            whole = nearest.astype(np.int64)
+            return whole // gcd(*whole.tolist())
+    return None
+
+
+def _too_short(lengths: Floats) -> Ints:
+    """Tours shorter than 1 if there are any: found quickly if possible, else by trying all."""
+    tours = _short_tours(lengths, 1.0 - 1e-6)
+    if not len(tours):
+        tour, length = shortest_tour(lengths)
+        if length < 1.0 - 1e-6:
+            return tour[None, :]
+    return tours
+
+
+def shortest_tour(lengths: Floats) -> tuple[Ints, float]:
+    """A shortest closed tour of a few atoms, and its length (Held and Karp 1962)."""
+    tour = np.empty(len(lengths), np.int64)
+    return tour, _held_karp(lengths, tour)
+
+
+@njit(cache=True)
+def _short_tours(lengths: Floats, below: float) -> Ints:
+    """Different tours shorter than ``below``: nearest neighbours from every atom, then 2-opt."""
+    size = len(lengths)
+    tours = np.empty((size, size), np.int64)
+    name = np.empty(size, np.int64)
+    count = 0
+    for start in range(size):
+        tour = tours[count]
+        for k in range(size):
+            tour[k] = (start + k) % size
+        for k in range(1, size - 1):
+            best = k
+            for m in range(k + 1, size):
+                if lengths[tour[k - 1], tour[m]] < lengths[tour[k - 1], tour[best]] - 1e-12:
+                    best = m
+            tour[k], tour[best] = tour[best], tour[k]
+        better = True
+        while better:
+            better = False
+            for k in range(size - 1):
+                for m in range(k + 2, size if k else size - 1):
+                    a, b, c = tour[k], tour[k + 1], tour[m]
+                    d = tour[m + 1] if m + 1 < size else tour[0]
+                    gain = lengths[a, b] + lengths[c, d] - lengths[a, c] - lengths[b, d]
+                    if gain > 1e-9:
+                        tour[k + 1 : m + 1] = tour[k + 1 : m + 1][::-1].copy()
+                        better = True
+        length, key = 0.0, np.int64(0)
+        for k in range(size):
+            a, b = tour[k], tour[k + 1] if k + 1 < size else tour[0]
+            length += lengths[a, b]
+            key += ((1 << a) + (1 << b)) ** 3  # names the set of edges
+        if length < below and not (name[:count] == key).any():
+            name[count] = key
+            count += 1
+    return tours[:count]
+
+
+@njit(cache=True)
+def _held_karp(lengths: Floats, tour: Ints) -> float:
+    last = len(lengths) - 1
+    full = (1 << last) - 1
+    best = np.full((full + 1, last), np.inf)
+    before = np.full((full + 1, last), -1, np.int8)
+    for a in range(last):
+        best[1 << a, a] = lengths[last, a]
+    for visited in range(1, full):
+        for a in range(last):
+            value = best[visited, a]
+            if value == np.inf:
+                continue
+            for b in range(last):
+                if visited >> b & 1:
+                    continue
+                after = visited | 1 << b
+                if value + lengths[a, b] < best[after, b] - 1e-12:
+                    best[after, b] = value + lengths[a, b]
+                    before[after, b] = a
+    end = 0
+    for a in range(last):
+        if best[full, a] + lengths[a, last] < best[full, end] + lengths[end, last]:
+            end = a
+    length = best[full, end] + lengths[end, last]
+    visited = full
+    tour[0] = last
+    for k in range(last):
+        tour[k + 1] = end
+        earlier = before[visited, end]
+        visited ^= 1 << end
+        end = earlier
+    return length
+
+
+@njit(cache=True)
+def _boundaries(x: Floats) -> Floats:
+    """x(delta(S)) of every set of atoms without the last, by bit mask."""
+    last = len(x) - 1
+    degree = x.sum(axis=1)
+    value = np.zeros(1 << last)
+    for mask in range(1, 1 << last):
+        low = 0
+        while not mask >> low & 1:
+            low += 1
+        rest = mask & (mask - 1)
+        inner = 0.0
+        for k in range(low + 1, last):
+            if rest >> k & 1:
+                inner += x[low, k]
+        value[mask] = value[rest] + degree[low] - 2.0 * inner
+    return value
+
+
+@njit(cache=True)
+def _crossings(tours: Ints, sets: Ints) -> Floats:
+    """How often each tour of the atoms crosses the boundary of each set."""
+    count = np.zeros((len(tours), len(sets)))
+    for t in range(len(tours)):
+        for s in range(len(sets)):
+            before = sets[s] >> tours[t, -1] & 1
+            for k in range(tours.shape[1]):
+                here = sets[s] >> tours[t, k] & 1
+                count[t, s] += before != here
+                before = here
+    return count
+
+
+@njit(cache=True)
+def _lengths(sets: Ints, weights: Floats, size: int) -> Floats:
+    """The metric that the weights make: the weight of all sets that separate two atoms."""
+    total = np.zeros((size, size))
+    for s in range(len(sets)):
+        if weights[s] > 0.0:
+            for a in range(size):
+                for b in range(size):
+                    if (sets[s] >> a & 1) != (sets[s] >> b & 1):
+                        total[a, b] += weights[s]
+    return total
