@@ -16,8 +16,8 @@ Readings chosen, because the paper is silent or its figure is lost:
   inherited; they come first, and the others follow in the sequence of P2.
   ``crossover="front"`` takes four scattered genes instead, ``"places"`` leaves
   scattered genes at their places of P1, the set-partition crossover of
-  scheduling.  Of all readings tried this is the one whose speed comes near the
-  printed one (``data/experiments/htga-readings.toml`` measures them).
+  scheduling.  Only with a stretch does the speed come near the printed one
+  (``data/experiments/htga-readings.toml`` measures the readings).
 * Step 4: a pair that is not crossed goes on to Steps 5 and 6 as it is, as usual in
   a genetic algorithm: NO chromosomes were selected, and NO is "the number of
   offspring".  ``uncrossed=False`` drops it.
