@@ -254,7 +254,7 @@ def conclusions(rows: list[dict[str, Any]], sums: dict[str, float]) -> list[str]
         f"* Tools above 400: {sum(r['optimal'] for r in large)} of {len(large)} proved; "
         f"largest gap {100 * max(map(gap, large), default=0):.2f} %.",
         f"* Best peer: {peer}, {100 * (sums[peer] / sums['tcp'] - 1):.1f} % above ours.",
-        f"* KiCad's files travel {ratio:.1f} times what our order needs.",
+        *([f"* KiCad's files travel {ratio:.1f} times what our order needs."] if kicad else []),
         f"* Longest run of one tool: {max(row['seconds'] for row in rows):.1f} s.",
     ]
     if not large:
