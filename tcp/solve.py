@@ -9,6 +9,7 @@ import threading
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
+from functools import cache
 from importlib import import_module
 from importlib.metadata import PackageNotFoundError, version
 from numbers import Integral, Real
@@ -404,8 +405,13 @@ def versions(libraries: tuple[str, ...] = ()) -> dict[str, str]:
     found = {"python": platform.python_version()}
     packages = {"tcp": "tcp-drill", "numpy": "numpy", **{name: name for name in libraries}}
     for name, package in packages.items():
-        try:
-            found[name] = version(package)
-        except PackageNotFoundError:
-            found[name] = "not installed"
+        found[name] = _installed(package)
     return found
+
+
+@cache
+def _installed(package: str) -> str:
+    try:
+        return version(package)
+    except PackageNotFoundError:
+        return "not installed"

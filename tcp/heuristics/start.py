@@ -33,13 +33,15 @@ SEGMENT = 3
 """Longest chain that an Or-opt move carries elsewhere."""
 
 
-def start_tour(form: TourForm) -> list[int] | None:
+def start_tour(form: TourForm, starts: int = STARTS) -> list[int] | None:
     """A cyclic tour that respects the rules, or None if none was found.
 
     Parameters
     ----------
     form : TourForm
         The instance, of any size.
+    starts : int
+        How many nearest-neighbour tours a small form is improved from, at most.
 
     Returns
     -------
@@ -48,7 +50,7 @@ def start_tour(form: TourForm) -> list[int] | None:
     """
     if form.size <= 3:
         return list(range(form.size)) if not form.forbidden else None
-    tour = _small(form) if form.size <= SMALL else _large(form)
+    tour = _small(form, starts) if form.size <= SMALL else _large(form)
     return tour if tour is not None and _keeps_rules(form, tour) else None
 
 
@@ -68,10 +70,10 @@ def _large(form: TourForm) -> list[int] | None:
         return None
 
 
-def _small(form: TourForm) -> list[int]:
+def _small(form: TourForm, starts: int) -> list[int]:
     """The best of a few improved nearest-neighbour tours."""
     costs = _ruled_costs(form)
-    count = max(1, min(STARTS, WORK // form.size, form.size))
+    count = max(1, min(starts, WORK // form.size, form.size))
     firsts = np.linspace(0, form.size - 1, count).astype(np.int64)
     tours = [improve(nearest_neighbour(costs, first), costs) for first in np.unique(firsts)]
     best = min(tours, key=lambda tour: float(costs[tour, np.roll(tour, -1)].sum()))

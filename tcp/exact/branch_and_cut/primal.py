@@ -32,12 +32,16 @@ LIGHT = 60
 """Up to so many nodes an uncompiled start serves: the search that compiles takes longer to load."""
 
 
+LIGHT_STARTS = 2
+"""Tours that such a start improves: so small an LP soon finds better ones itself."""
+
+
 def start(
     problem: Problem, rng: np.random.Generator, clock: Clock, tour: list[int] | None
 ) -> Ints | None:
     """A good tour to begin with, never worse than ``tour``; None if the rules allow none."""
     if problem.size <= LIGHT:
-        light = start_tour(problem.form)
+        light = start_tour(problem.form, LIGHT_STARTS)
         known = [t for t in (tour, light) if t is not None]
         if known:
             return np.array(min(known, key=problem.form.tour_cost), np.int64)
