@@ -23,6 +23,10 @@ FEW = 60
 """Eliminated instances keep at most this many pairs a node; otherwise none is eliminated."""
 
 
+HARD = 8
+"""Nodes after which a tree that is still open gets local cuts at its root."""
+
+
 @dataclass(eq=False)
 class Node:
     """A node of the search tree.
@@ -98,6 +102,9 @@ class Tree:
         while self.heap and not self.stopped:
             following = self._step(following)
             self.processed += 1
+            if self.processed == HARD and self.heap and not self.stopped:
+                self._deepen()
+                following = None
             self.stopped = self.stopped or (bool(self.heap) and self.reason() is not None)
             self.saved(self)
 
@@ -120,7 +127,7 @@ class Tree:
         if node.snapshot is not None and following is None:
             cutter.lp.restore(node.snapshot)
         before = cutter.incumbent.cost
-        result = cutter.process(node.fixings, node.branches, deepen=at == 0)
+        result = cutter.process(node.fixings, node.branches)
         self._record(node, result)
         if at == 0 and result.duals is not None and not result.infeasible:
             self.root_duals = result.duals
@@ -136,6 +143,36 @@ class Tree:
             self._report()
             return None
         return self._branch(at)
+
+    def _deepen(self) -> None:
+        """Look at the root again, now with local cuts; what it proves holds for every node."""
+        cutter = self.cutter
+        root = Fixings.root(cutter.problem)
+        cutter.lp.enter(root, (), cutter.alive.keys)
+        result = cutter.process(root, (), deepen=True)
+        self.stopped, self.stuck = result.stopped, result.stuck
+        if result.infeasible:
+            self._close_all(result.duals)
+        if result.duals is None or result.bound is None:
+            return
+        self.root_duals = result.duals
+        snapshot = cutter.lp.snapshot()
+        for _, _, at in self.heap:
+            node = self.nodes[at]
+            node.snapshot = snapshot
+            if result.bound > node.bound:
+                node.duals, node.bound = result.duals, result.bound
+        self.heap = [(self.nodes[at].bound, depth, at) for _, depth, at in self.heap]
+        heapq.heapify(self.heap)
+        self.eliminate()
+        self._report()
+
+    def _close_all(self, ray: Duals | None) -> None:
+        """Close every open node: multipliers of the root prove that there is no tour."""
+        for _, _, at in self.heap:
+            node = self.nodes[at]
+            node.duals, node.closed, node.infeasible = ray, True, True
+        self.heap = []
 
     def _take(self, following: int | None) -> int | None:
         if not self.heap:
