@@ -73,12 +73,27 @@ def page(records: list[Record], known: dict[str, dict[str, str]]) -> str:
     if by["papers"]:
         parts += [*papers(by["papers"]), ""]
     if by["closed"]:
-        parts += [CLOSED, *closed(by["closed"], known), ""]
+        parts += [CLOSED, *closed(by["closed"], known), "", *other_costs(by["closed"], known)]
     if by["open"]:
         parts += [OPEN, *paths(by["open"]), ""]
     if by["boards"]:
         parts += [BOARDS, *boards(by["boards"]), "", *unproved(by["boards"]), ""]
     return "\n".join(parts).rstrip() + "\n"
+
+
+def other_costs(records: list[Record], known: dict[str, dict[str, str]]) -> list[str]:
+    """Why a proved optimum may differ from the published one."""
+    lines = []
+    for r in records:
+        pairs = known.get(r["name"], {}).get("rounded otherwise")
+        if pairs:
+            lines += [
+                f"{r['name']}: {pairs} pairs are exactly a half more than a whole apart by their",
+                "decimals; doubles put these just below and round them down, exact arithmetic",
+                "rounds them up. The published optimum is one of those other costs.",
+                "",
+            ]
+    return lines
 
 
 def targets(by: dict[str, list[Record]], known: dict[str, dict[str, str]]) -> list[str]:
