@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import itertools
+import subprocess
+import sys
 from fractions import Fraction
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -15,7 +18,7 @@ from tcp.heuristics.local_search import improve, respects
 from tcp.heuristics.local_search.crossover import ab_cycles, census, mate
 from tcp.heuristics.local_search.exchange import apply, new_tour, undo
 from tcp.heuristics.local_search.ground import length, price
-from tcp.heuristics.local_search.search import new_work, push_all, settle
+from tcp.heuristics.local_search.search import FIRM, new_work, push_all, settle
 from tcp.heuristics.local_search.starts import greedy
 from tcp.heuristics.local_search.stream import Stream
 from tcp.heuristics.local_search.survey import survey
@@ -174,17 +177,51 @@ def test_no_improving_exchange_inside_the_lists_is_missed(piece, model, ends):
     form = Instance(piece, Travel(model), ends).form
     ground = survey(form, 7)
     tour, work = new_tour(greedy(ground)), new_work(form.size, ground.near.shape[1])
+    work.state[FIRM] = 1
     state = (*ground.costs, ground.near, ground.dist, *tour, *work)
     before = length(*ground.costs, tour.order)
     while True:
         push_all(work.queue, work.queued, work.state, tour.order)
-        gain = settle(*state, 1 << 60, True)
+        gain = settle(*state, 1 << 60)
         after = length(*ground.costs, tour.order)
         assert after == before - gain
         before = after
         if gain == 0:
             break
     assert missed_exchange(form, ground, tour.order.tolist()) is None
+
+
+def test_a_search_compiles_nothing_after_the_warm_up():
+    program = """if True:
+        import gc
+        from dataclasses import replace
+        from numba.core.dispatcher import Dispatcher
+        from tcp.heuristics.local_search.run import warm_up
+        from test_local_search import *
+        kernels = {
+            f"{value.__module__}.{value.__name__}": value
+            for value in gc.get_objects()
+            if isinstance(value, Dispatcher) and value.__module__.startswith("tcp.")
+        }
+        warm_up()
+        before = {name: len(kernel.signatures) for name, kernel in kernels.items()}
+        piece = scattered(60)
+        rules = Rules(together=((0, 7), (1, 2)), forbidden=((3, 4),))
+        matrix = Instance(piece).form.full_matrix()[:60, :60]
+        for instance in (
+            *(Instance(piece, ends=ends) for ends in ENDS),
+            *(Instance(piece, Travel(model)) for model in MODELS),
+            Instance(piece, rules=rules),
+            Instance(lattice(20, 3)),
+            Instance(replace(piece, matrix=matrix), Travel(Model.EXPLICIT)),
+        ):
+            solve(instance, "local-search", stop=Stop(iterations=600))
+            form, rng = instance.form, np.random.default_rng(0)
+            improve(form, range(form.size), rng=rng, clock=Clock(Stop()), kicks=9)
+        after = {name: len(kernel.signatures) for name, kernel in kernels.items()}
+        assert after == before, [name for name in after if after[name] != before[name]]
+    """
+    subprocess.run([sys.executable, "-c", program], cwd=Path(__file__).parent, check=True)
 
 
 @settings(max_examples=25, deadline=None)
@@ -224,9 +261,9 @@ def test_a_child_is_a_better_tour_that_keeps_what_its_parents_agree_on(n, seed, 
     a, b, child = new_tour(order), new_tour(other), np.empty_like(order)
     random = np.array([seed + 1], np.uint64)
     for _ in range(5):
-        gain = mate(
-            *ground.costs, ground.near, a.order, a.pos, b.order, b.pos, child, counts, 2, random
-        )
+        child[:] = order
+        cycles = ab_cycles(a.order, a.pos, b.order, b.pos, random)
+        gain = mate(*ground.costs, ground.near, a.order, a.pos, *cycles, child, counts, 2)
         assert gain >= 0
         assert sorted(child.tolist()) == list(range(form.size))
         assert length(*ground.costs, child) == length(*ground.costs, order) - gain

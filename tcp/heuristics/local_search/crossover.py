@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 
-from tcp.heuristics.local_search.compiled import compiled
+from tcp.heuristics.local_search.compiled import compiled, inner
 from tcp.heuristics.local_search.ground import price
 from tcp.heuristics.local_search.kicks import draw
 
@@ -33,20 +33,19 @@ def mate(
     near: Any,
     order: Any,
     pos: Any,
-    other: Any,
-    other_pos: Any,
+    nodes: Any,
+    starts: Any,
     child: Any,
     counts: Any,
     members: int,
-    random: Any,
 ) -> int:
-    """Write the best child of ``order`` with ``other`` to ``child``; returns its gain.
+    """Write the best child of a tour along one of its AB-cycles to ``child``; returns its gain.
 
-    ``counts`` is what :func:`census` says of a population of ``members`` tours.
+    A gain of 0 leaves ``child`` as it is: no child is better.  ``nodes`` and
+    ``starts`` are what :func:`ab_cycles` says of the tour and another, ``counts``
+    what :func:`census` says of a population of ``members`` tours.
     """
     n = order.size
-    child[:] = order
-    nodes, starts = ab_cycles(order, pos, other, other_pos, random)
     count = starts.size - 1
     if count == 0:
         return np.int64(0)
@@ -59,7 +58,7 @@ def mate(
         most = max(most, starts[c + 1] - starts[c])
     parts = np.empty((3, most), np.int64)
     room = np.empty((3 * most, 3), np.int32)
-    chosen, size = np.empty((0, 3), np.int32), 0
+    chosen, size = np.empty_like(room), 0
     best, best_value = np.int64(0), 0.0
     for c in range(count):
         cycle = nodes[starts[c] : starts[c + 1]]
@@ -67,7 +66,7 @@ def mate(
         lost = restore(order, pos, link, room, used, counts, members)
         if gain > 0 and gain / max(lost, 1e-6) > best_value:
             best, best_value = gain, gain / max(lost, 1e-6)
-            chosen, size = room[:used].copy(), used
+            chosen, room, size = room, chosen, used
     if best > 0:
         for i in range(size):
             link[chosen[i, 0], 0], link[chosen[i, 0], 1] = chosen[i, 1], chosen[i, 2]
@@ -86,7 +85,11 @@ def ab_cycles(order: Any, pos: Any, other: Any, other_pos: Any, random: Any) -> 
     ``order`` alone, the ones between to ``other`` alone.
     """
     n = order.size
-    links = np.full((2, n, 2), -1, np.int32)  # edges that only one of them has
+    links = np.empty((2, n, 2), np.int32)  # edges that only one of them has
+    at = np.empty((n, 2), np.int32)  # where the path left a node along each tour
+    for v in range(n):
+        for k in range(2):
+            links[0, v, k] = links[1, v, k] = at[v, k] = -1
     todo, count = np.empty(n, np.int32), 0
     for tour in range(2):
         here, there = (other, pos) if tour else (order, other_pos)
@@ -103,7 +106,6 @@ def ab_cycles(order: Any, pos: Any, other: Any, other_pos: Any, random: Any) -> 
     nodes, used = np.empty(2 * count, np.int32), 0
     starts, found = np.zeros(count + 1, np.int64), 0
     path = np.empty(2 * count + 2, np.int32)
-    at = np.full((n, 2), -1, np.int32)  # where the path left a node along each tour
     for i in range(count):
         j = i + draw(random, count - i)
         todo[i], todo[j] = todo[j], todo[i]
@@ -130,25 +132,25 @@ def ab_cycles(order: Any, pos: Any, other: Any, other_pos: Any, random: Any) -> 
     return nodes, starts[: found + 1]
 
 
-@compiled
+@inner
 def walk(links: Any, tour: int, u: int, random: Any) -> int:
     """Go along one of the tour's edges at u that are left, and strike it off."""
     k = 1 if links[tour, u, 0] < 0 else 0
     if k == 0 and links[tour, u, 1] >= 0:
-        k = draw(random, 2)
+        k = draw(random, np.int64(2))
     v = links[tour, u, k]
     links[tour, u, k] = -1
     links[tour, v, 0 if links[tour, v, 0] == u else 1] = -1
     return v
 
 
-@compiled
+@inner
 def relink(link: Any, u: int, old: int, new: int) -> None:
     """Let u's edge to ``old`` lead to ``new``."""
     link[u, 0 if link[u, 0] == old else 1] = new
 
 
-@compiled
+@inner
 def assemble(
     rule: Any,
     xy: Any,
@@ -166,7 +168,7 @@ def assemble(
     Returns the gain and how many entries of ``room`` name a node whose edges
     may have changed.
     """
-    n, k = order.size, cycle.size // 2
+    n, k, nobody = order.size, cycle.size // 2, np.int32(-1)
     cuts, part, size = parts[0, :k], parts[1, :k], parts[2, :k]
     gain = np.int64(0)
     for i in range(2 * k):
@@ -179,17 +181,20 @@ def assemble(
         room[i, 0], room[i + 1, 0] = u, v
         p, q = np.int64(pos[u]), np.int64(pos[v])
         cuts[i // 2] = p if q == (p + 1 if p + 1 < n else 0) else q
-        relink(link, u, v, -1)
-        relink(link, v, u, -1)
+        relink(link, u, v, nobody)
+        relink(link, v, u, nobody)
     for i in range(1, 2 * k, 2):
         u, v = cycle[i], cycle[i + 1 if i + 1 < 2 * k else 0]
-        relink(link, u, -1, v)
-        relink(link, v, -1, u)
+        relink(link, u, nobody, v)
+        relink(link, v, nobody, u)
     sort(cuts)
     used = 2 * k
     apart = trace(order, pos, link, cuts, part, size)
     while apart > 1:
-        small = size[:k].argmin()
+        small: Any = np.int64(0)
+        for i in range(1, k):
+            if size[i] < size[small]:
+                small = i
         joined, into = join(rule, xy, pairs, near, order, pos, link, cuts, part, small, room, used)
         if into < 0:
             return np.int64(-1), used
@@ -204,7 +209,7 @@ def assemble(
     return gain, used
 
 
-@compiled
+@inner
 def sort(values: Any) -> None:
     """Sort a few numbers (Shell 1959); numpy's sort takes seconds to compile."""
     gap = values.size // 2
@@ -218,7 +223,7 @@ def sort(values: Any) -> None:
         gap //= 2
 
 
-@compiled
+@inner
 def stretch(cuts: Any, p: int) -> int:
     """Number of the stretch that holds place p; stretch i ends at ``cuts[i]``."""
     low, high = 0, cuts.size
@@ -231,16 +236,16 @@ def stretch(cuts: Any, p: int) -> int:
     return low if low < cuts.size else 0
 
 
-@compiled
+@inner
 def trace(order: Any, pos: Any, link: Any, cuts: Any, part: Any, size: Any) -> int:
     """Tell which of the closed tours in ``link`` holds each stretch, and their sizes.
 
     Returns how many there are; the other sizes are more than n.
     """
     n, k = order.size, cuts.size
-    part[:] = -1
-    size[:] = n + 1
     found = 0
+    for i in range(k):
+        part[i], size[i] = -1, n + 1
     for i in range(k):
         if part[i] >= 0:
             continue
@@ -267,7 +272,7 @@ def trace(order: Any, pos: Any, link: Any, cuts: Any, part: Any, size: Any) -> i
     return found
 
 
-@compiled
+@inner
 def join(
     rule: Any,
     xy: Any,
@@ -321,7 +326,7 @@ def join(
     return best, into
 
 
-@compiled
+@inner
 def restore(
     order: Any, pos: Any, link: Any, room: Any, used: int, counts: Any, members: int
 ) -> float:
@@ -349,14 +354,14 @@ def restore(
     return lost / 2
 
 
-@compiled
+@inner
 def share(count: int, members: int) -> float:
     """An edge's part of the entropy, negative: f log f with f the share of tours that have it."""
     f = count / members
     return f * math.log(f) if count > 0 else 0.0
 
 
-@compiled
+@inner
 def count_of(counts: Any, u: int, v: int) -> int:
     """How many tours have the edge u-v."""
     for j in range(counts.shape[1]):
@@ -369,8 +374,10 @@ def count_of(counts: Any, u: int, v: int) -> int:
 def census(orders: Any) -> Any:
     """Which neighbours a node has in the tours, and in how many: (neighbour, number) lists."""
     members, n = orders.shape
-    counts = np.zeros((n, KNOWN, 2), np.int32)
-    counts[:, :, 0] = -1
+    counts = np.empty((n, KNOWN, 2), np.int32)
+    for v in range(n):
+        for j in range(KNOWN):
+            counts[v, j, 0], counts[v, j, 1] = -1, 0
     for m in range(members):
         u = orders[m, n - 1]
         for v in orders[m]:

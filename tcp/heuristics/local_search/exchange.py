@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from tcp.heuristics.local_search.compiled import compiled, inlined
+from tcp.heuristics.local_search.compiled import compiled, inlined, inner
 from tcp.heuristics.local_search.ground import Small
 
 MOST_LOGGED = 400_000
@@ -64,7 +64,7 @@ def node_at(order: Any, base: int, back: int, q: int) -> int:
     return order[array_place(order.size, base, back, q)]
 
 
-@compiled
+@inner
 def longest(segs: Any, count: int) -> int:
     """Which segment is the longest."""
     best, m = np.int64(-1), 0
@@ -75,7 +75,7 @@ def longest(segs: Any, count: int) -> int:
     return m
 
 
-@compiled
+@inner
 def effort(n: int, segs: Any, count: int) -> int:
     """How many places :func:`apply` will write."""
     m = longest(segs, count)

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from tcp.heuristics.local_search.compiled import compiled, inlined
+from tcp.heuristics.local_search.compiled import compiled, inlined, inner
 from tcp.kernels import cost_of_move
 from tcp.travel import Ints
 
@@ -76,7 +76,7 @@ def price(rule: Any, xy: Any, pairs: Any, u: int, v: int) -> int:
     return dx + dy if how == SUM else max(dx, dy)
 
 
-@compiled
+@inner
 def elaborate_price(rule: Any, xy: Any, pairs: Any, u: int, v: int) -> int:
     """The same for everything that is not a plain sum or maximum."""
     c = np.int64(0)
@@ -88,7 +88,7 @@ def elaborate_price(rule: Any, xy: Any, pairs: Any, u: int, v: int) -> int:
     return c + ruled(pairs, u, v) if rule[RULED] else c
 
 
-@compiled
+@inner
 def ruled(pairs: Any, u: int, v: int) -> int:
     """What the rules add to the cost of the edge u-v."""
     key = u * pairs[0, 0] + v  # the first row holds the number of nodes

@@ -19,13 +19,13 @@ from typing import Any
 
 import numpy as np
 
-from tcp.heuristics.local_search.compiled import compiled
+from tcp.heuristics.local_search.compiled import compiled, inner
 from tcp.heuristics.local_search.exchange import apply, node_at, undo
 from tcp.heuristics.local_search.ground import price
-from tcp.heuristics.local_search.search import push, settle
+from tcp.heuristics.local_search.search import FOREVER, push, settle
 
 
-@compiled
+@inner
 def draw(random: Any, below: int) -> int:
     """Random whole number in [0, below), below < 2^31 (xorshift64*); ``random`` is one uint64."""
     s = random[0]
@@ -75,7 +75,7 @@ def kick_and_repair(
         )
         gain = -cost + settle(
             rule, xy, pairs, near, dist, order, pos, spare, log, segs, free, queue, queued, state,
-            np.int64(1) << 60, False,
+            np.int64(FOREVER),
         )  # fmt: skip
         if gain >= 0 or (heat > 0.0 and accepted(random, -gain, heat)):
             total += gain
@@ -85,13 +85,13 @@ def kick_and_repair(
     return total
 
 
-@compiled
+@inner
 def accepted(random: Any, loss: int, heat: float) -> bool:
     """Whether a loss is put up with: with probability exp(-loss / heat)."""
     return loss < -heat * math.log((1.0 + draw(random, np.int64(1 << 30))) / (1 << 30))
 
 
-@compiled
+@inner
 def double_bridge(
     rule: Any,
     xy: Any,
@@ -110,7 +110,7 @@ def double_bridge(
 
     Nothing happens, at no cost, where an edge is forced.
     """
-    n, back = order.size, 0
+    n, back, count = order.size, np.int64(0), np.int64(4)
     b, c, d = segs[0], segs[1], segs[2]
     segs[0], segs[1], segs[2], segs[3] = c, d - 1, b, c - 1
     segs[4], segs[5], segs[6], segs[7] = 0, b - 1, d, n - 1
@@ -126,5 +126,5 @@ def double_bridge(
         cost += price(rule, xy, pairs, last, after) - old
     for s in range(8):
         push(queue, queued, state, node_at(order, base, back, segs[s]))
-    apply(order, pos, spare, log, base, back, segs, 4)
+    apply(order, pos, spare, log, base, back, segs, count)
     return cost

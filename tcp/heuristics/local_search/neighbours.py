@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tcp.heuristics.local_search.compiled import compiled
+from tcp.heuristics.local_search.compiled import compiled, inner
 from tcp.heuristics.local_search.ground import MATRIX, Ground, price
 from tcp.instance import TourForm
 from tcp.travel import CostRule, Ints, Kind
@@ -144,16 +144,16 @@ def _pick(
     width, look = near.shape[1], found.shape[1]
     costs = np.empty(look, np.int64)
     for i in range(found.shape[0]):
-        v = low + i
+        v = np.int32(low + i)
         row = found[i]
-        size = 0
+        size = np.int64(0)
         for k in range(look):
             if row[k] != v:
                 costs[size], row[size] = price(rule, xy, pairs, v, row[k]), row[k]
                 size += 1
         _sort(costs, row, size)
         picked = min(size, width - balance)
-        quadrants = 0
+        quadrants = np.int64(0)
         for k in range(picked):
             quadrants |= _quadrant(xy, v, row[k])
         for wanted in range(2):  # first the empty quadrants, then simply the nearest
@@ -173,7 +173,7 @@ def _pick(
             near[v, k], dist[v, k] = row[k], costs[k]
 
 
-@compiled
+@inner
 def _sort(costs: Any, nodes: Any, size: int) -> None:
     """Sort the first nodes by cost, equal ones as they stand."""
     for k in range(1, size):
@@ -185,7 +185,7 @@ def _sort(costs: Any, nodes: Any, size: int) -> None:
         costs[m], nodes[m] = c, w
 
 
-@compiled
+@inner
 def _quadrant(xy: Any, v: int, w: int) -> int:
     """One bit for the quadrant of v in which w lies, turned so that axes belong to one each."""
     dx, dy = xy[w, 0] - xy[v, 0], xy[w, 1] - xy[v, 1]

@@ -7,7 +7,7 @@ from concurrent.futures import Executor
 
 import numpy as np
 
-from tcp.heuristics.local_search.crossover import census, mate
+from tcp.heuristics.local_search.crossover import ab_cycles, census, mate
 from tcp.heuristics.local_search.ground import Ground, Small
 from tcp.stop import Clock
 
@@ -70,18 +70,10 @@ class Population:
         child[:], places[:] = self.orders[a], self._places[a]
         if clock.interrupted or clock.remaining == 0:
             return 0
-        gain = mate(
-            *self.ground.costs,
-            self.ground.near,
-            self.orders[a],
-            self._places[a],
-            self.orders[b],
-            self._places[b],
-            child,
-            counts,
-            len(self.costs),
-            np.array([seed], np.uint64),
-        )
+        tour, other = (self.orders[a], self._places[a]), (self.orders[b], self._places[b])
+        cycles = ab_cycles(*tour, *other, np.array([seed], np.uint64))
+        costs, near = self.ground.costs, self.ground.near
+        gain = mate(*costs, near, *tour, *cycles, child, counts, len(self.costs))
         if gain:
             places[child] = np.arange(child.size, dtype=np.int32)
         return int(gain)

@@ -14,7 +14,7 @@ from tcp.heuristics.local_search import neighbours, starts
 from tcp.heuristics.local_search.anneal import FEW, Search
 from tcp.heuristics.local_search.linking import linked_tour, panel_of
 from tcp.heuristics.local_search.survey import survey
-from tcp.instance import Instance, TourForm
+from tcp.instance import Ends, Instance, TourForm
 from tcp.result import Outcome, Progress, Report, silent
 from tcp.stop import Clock, Stop, StopReason
 from tcp.workpiece import Workpiece
@@ -143,12 +143,12 @@ def improve(
 
 @cache
 def warm_up() -> None:
-    """Compile (or load from the cache) everything, on a dozen holes."""
-    x = np.arange(12, dtype=np.int64) ** 2 % 13
-    piece = Workpiece("warm-up", tuple("abcdefghijkl"), x, x[::-1].copy())
-    ground = survey(Instance(piece).form)
+    """Compile (or load from the cache) every kernel, on two clusters of a dozen holes."""
+    x = np.tile(np.arange(12, dtype=np.int64) ** 2 % 13, 2)
+    piece = Workpiece("warm-up", tuple(map(str, range(24))), x + np.repeat([0, 500], 12), x[::-1])
+    ground = survey(Instance(piece, ends=Ends(start=0)).form, 4)
     rng, clock = np.random.default_rng(0), Clock(Stop())
-    for order in (starts.greedy(ground), starts.with_forced(ground, starts.curve(ground))):
+    for order in (starts.greedy(ground), starts.curve(ground)):
         search = Search(ground, order, rng, clock, silent)
         search.descend()
         search.kick(8, 1)

@@ -30,7 +30,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from tcp.heuristics.local_search.compiled import compiled
+from tcp.heuristics.local_search.compiled import compiled, inner
 from tcp.heuristics.local_search.exchange import apply, effort, node_at, place
 from tcp.heuristics.local_search.ground import VIRTUAL, Small, price
 from tcp.travel import Ints
@@ -49,7 +49,8 @@ class Work(NamedTuple):
     ``segs`` are the segments of the exchange under examination, ``free`` the
     virtual node's candidates.  ``queue`` is a ring of nodes to look at again,
     ``queued`` tells which nodes are in it, ``state`` is (queue head, queue
-    size, most edges of an exchange, places it may write).
+    size, most edges of an exchange, places it may write, whether exchanges are
+    kept at once and cannot be undone).
     """
 
     segs: Ints
@@ -59,7 +60,10 @@ class Work(NamedTuple):
     state: Ints
 
 
-HEAD, SIZE, STEPS, CAP = 0, 1, 2, 3
+FOREVER = 1 << 60
+"""More looks, or places to write, than there will ever be."""
+
+HEAD, SIZE, STEPS, CAP, FIRM = 0, 1, 2, 3, 4
 
 
 def new_work(n: int, width: int, depth: int = DEPTH, cap: int = 50_000) -> Work:
@@ -69,11 +73,11 @@ def new_work(n: int, width: int, depth: int = DEPTH, cap: int = 50_000) -> Work:
         free=np.zeros(width, np.int32),
         queue=np.zeros(n, np.int32),
         queued=np.zeros(n, np.bool_),
-        state=np.array([0, 0, min(depth, DEEPEST), cap], np.int64),
+        state=np.array([0, 0, min(depth, DEEPEST), cap, 0], np.int64),
     )
 
 
-@compiled
+@inner
 def push(queue: Any, queued: Any, state: Any, v: int) -> None:
     """Ask for another look at node v."""
     if not queued[v]:
@@ -82,6 +86,18 @@ def push(queue: Any, queued: Any, state: Any, v: int) -> None:
         at = state[HEAD] + state[SIZE]
         queue[at - n if at >= n else at] = v
         state[SIZE] += 1
+
+
+@inner
+def pop(queue: Any, queued: Any, state: Any) -> int:
+    """The next node to look at."""
+    v = queue[state[HEAD]]
+    queued[v] = False
+    state[HEAD] += 1
+    if state[HEAD] == queue.size:
+        state[HEAD] = 0
+    state[SIZE] -= 1
+    return v
 
 
 @compiled
@@ -108,76 +124,40 @@ def settle(
     queued: Any,
     state: Any,
     most: int,
-    firm: bool,
 ) -> int:
-    """Look at queued nodes, at most ``most`` of them, and improve; returns the gain.
-
-    ``firm`` exchanges are kept at once, the others can be undone.
-    """
-    total = np.int64(0)
+    """Look at queued nodes, at most ``most`` of them, and improve; returns the gain."""
+    n = order.size
+    total: Any = np.int64(0)
     while state[SIZE] > 0 and most > 0:
         most -= 1
-        v = queue[state[HEAD]]
-        queued[v] = False
-        state[HEAD] += 1
-        if state[HEAD] == queue.size:
-            state[HEAD] = 0
-        state[SIZE] -= 1
-        gain = np.int64(1)
-        while gain > 0:
-            gain = improve_at(
-                rule, xy, pairs, near, dist, order, pos, spare, log, segs, free, queue, queued,
-                state, v,
-            )  # fmt: skip
-            total += gain
-            if firm:
-                log[0, 0] = 0
-    return total
-
-
-@compiled
-def improve_at(
-    rule: Any,
-    xy: Any,
-    pairs: Any,
-    near: Any,
-    dist: Any,
-    order: Any,
-    pos: Any,
-    spare: Any,
-    log: Any,
-    segs: Any,
-    free: Any,
-    queue: Any,
-    queued: Any,
-    state: Any,
-    t1: int,
-) -> int:
-    """Find and make an improving exchange that takes out an edge at t1; returns its gain."""
-    n = order.size
-    for back in range(2):
-        base = pos[t1] + (-1 if back else 1)
-        base = n - 1 if base < 0 else 0 if base == n else base
-        gain, count = three(
-            rule, xy, pairs, near, dist, order, pos, segs, free, state[CAP], t1, base, back
-        )
-        if gain < 0:  # not closed yet: -gain is what the open path has gained
-            gain, count = deepen(
-                rule, xy, pairs, near, dist, order, pos, segs, free, state[STEPS], count, -gain,
-                t1, base, back,
-            )  # fmt: skip
-        if gain > 0:
-            writes = effort(n, segs, count)
+        t1 = pop(queue, queued, state)
+        back: Any = np.int64(0)
+        while back < 2:  # take out the edge behind t1, then the one before it
+            base = pos[t1] + (-1 if back else 1)
+            base = n - 1 if base < 0 else 0 if base == n else base
+            gain, count = three(
+                rule, xy, pairs, near, dist, order, pos, segs, free, state[CAP], t1, base, back
+            )
+            if gain < 0:  # not closed yet: -gain is what the open path has gained
+                gain, count = deepen(
+                    rule, xy, pairs, near, dist, order, pos, segs, free, state[STEPS], count,
+                    -gain, t1, base, back,
+                )  # fmt: skip
+            writes = effort(n, segs, count) if gain > 0 else FOREVER
             if writes > state[CAP] or log[0, 0] + writes >= log.shape[0]:
+                back += 1
                 continue
             for s in range(2 * count):
                 push(queue, queued, state, node_at(order, base, back, segs[s]))
             apply(order, pos, spare, log, base, back, segs, count)
-            return gain
-    return np.int64(0)
+            total += gain
+            back = 0
+            if state[FIRM]:
+                log[0, 0] = 0
+    return total
 
 
-@compiled
+@inner
 def look_around(near: Any, free: Any, order: Any, pos: Any, t1: int) -> None:
     """Make the nodes next to the neighbours of t1 the virtual node's candidates."""
     n = order.size
@@ -187,7 +167,7 @@ def look_around(near: Any, free: Any, order: Any, pos: Any, t1: int) -> None:
         free[k] = order[0 if p == n else n - 1 if p < 0 else p]
 
 
-@compiled
+@inner
 def three(
     rule: Any,
     xy: Any,
@@ -211,8 +191,9 @@ def three(
     n = order.size
     virtual = rule[VIRTUAL]
     t2 = order[base]
-    best, best_kind, best_low, best_high = np.int64(0), 0, 0, 0
-    open_, open_kind, open_low, open_high = np.int64(0), 0, 0, 0
+    zero: Any = np.int64(0)  # a literal would compile :func:`write` once more
+    best, best_kind, best_low, best_high = zero, zero, zero, zero
+    open_, open_kind, open_low, open_high = zero, zero, zero, zero
     g0 = price(rule, xy, pairs, t1, t2)
     if t2 == virtual:
         look_around(near, free, order, pos, t1)
@@ -275,7 +256,7 @@ def three(
     return np.int64(0), 0
 
 
-@compiled
+@inner
 def write(segs: Any, kind: int, low: int, high: int, n: int) -> int:
     """Write the segments of a basic exchange; returns how many there are."""
     x, y = (0, low - 1), (low, high - 1)
@@ -294,7 +275,7 @@ def write(segs: Any, kind: int, low: int, high: int, n: int) -> int:
     return 3
 
 
-@compiled
+@inner
 def deepen(
     rule: Any,
     xy: Any,
@@ -317,11 +298,12 @@ def deepen(
     Returns that gain (0: it never did) and the number of segments.
     """
     virtual = rule[VIRTUAL]
+    zero: Any = np.int64(0)
     while count < steps:
         end = node_at(order, base, back, segs[0])
         if end == virtual:
             look_around(near, free, order, pos, t1)
-        best, at, within = 0, -1, 0
+        best, at, within = zero, zero - 1, zero
         for k in range(near.shape[1]):
             g = gain - dist[end, k]
             if g <= 0:
@@ -354,7 +336,7 @@ def deepen(
     return np.int64(0), count
 
 
-@compiled
+@inner
 def turn(segs: Any, count: int, s: int, q: int) -> None:
     """Cut segment s before place q and turn round everything before the cut."""
     a, b = segs[2 * s], segs[2 * s + 1]

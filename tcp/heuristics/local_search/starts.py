@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tcp.heuristics.local_search.compiled import compiled
+from tcp.heuristics.local_search.compiled import compiled, inner
 from tcp.heuristics.local_search.ground import MATRIX, Ground, Small, price
 from tcp.heuristics.local_search.neighbours import points
 from tcp.travel import Ints
@@ -98,11 +98,11 @@ def _joints(g: Ground, loose: Ints, root: Small) -> tuple[Ints, Ints, Ints]:
 def _prices(rule: Any, xy: Any, pairs: Any, u: Any, v: Any) -> Any:
     costs = np.empty(u.size, np.int64)
     for k in range(u.size):
-        costs[k] = price(rule, xy, pairs, u[k], v[k])
+        costs[k] = price(rule, xy, pairs, np.int32(u[k]), np.int32(v[k]))
     return costs
 
 
-@compiled
+@inner
 def _root(root: Any, v: int) -> int:
     while root[v] != v:
         root[v] = root[root[v]]

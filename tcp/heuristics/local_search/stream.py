@@ -9,7 +9,7 @@ import numpy as np
 from tcp.heuristics.local_search.exchange import Tour, new_tour
 from tcp.heuristics.local_search.ground import Ground, Small, length
 from tcp.heuristics.local_search.kicks import kick_and_repair
-from tcp.heuristics.local_search.search import CAP, SIZE, Work, new_work, push_all, settle
+from tcp.heuristics.local_search.search import CAP, FIRM, SIZE, Work, new_work, push_all, settle
 from tcp.stop import Clock
 
 REACH = 30
@@ -41,11 +41,11 @@ class Stream:
     def descend(self, clock: Clock) -> None:
         """Improve until no exchange helps, looking at the nodes in tour order."""
         work = self.work
-        work.state[CAP] = FAR
+        work.state[CAP], work.state[FIRM] = FAR, 1
         push_all(work.queue, work.queued, work.state, self.tour.order)
         while work.state[SIZE] and clock.reason(self.cost) is None:
-            self.cost -= int(settle(*self._state, LOOKS, True))
-        work.state[CAP] = NEAR
+            self.cost -= int(settle(*self._state, LOOKS))
+        work.state[CAP], work.state[FIRM] = NEAR, 0
         self.record()
 
     def kick(self, kicks: int, heat: float) -> None:
