@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+from concurrent.futures import ThreadPoolExecutor
 
 import networkx
 import numpy as np
@@ -18,6 +19,7 @@ from tcp.exact.branch_and_cut.subtours import component_cuts, interval_cuts, min
 from tcp.exact.branch_and_cut.support import Support
 
 SIZE = 8
+THREADS = ThreadPoolExecutor(2)
 TOURS = np.array([(0, *p) for p in itertools.permutations(range(1, SIZE)) if p[0] < p[-1]])
 
 
@@ -119,7 +121,7 @@ def test_combs_are_violated_and_valid(seed, parts):
     support = mixture(SIZE, seed, parts)
     tour = np.random.default_rng(seed + 1).permutation(SIZE)
     subsets = [np.array(s) for s in itertools.combinations(range(SIZE), 3)][seed % 7 :: 7]
-    for violation, cut in comb_cuts(support, tour, subsets + fractional_handles(support)):
+    for violation, cut in comb_cuts(support, tour, subsets + fractional_handles(support), THREADS):
         assert_comb(cut)
         assert left(support, cut) == pytest.approx(cut.rhs - violation)
         assert_holds_for_all_tours(cut, SIZE)
@@ -131,7 +133,7 @@ def test_the_textbook_comb_is_found(size):
         support = half_integral(size, seed)
         # a tour along the whole paths, as a good one would be
         tour = np.array(sorted(range(size), key=lambda v: _order(support)[v]))
-        found = comb_cuts(support, tour, fractional_handles(support))
+        found = comb_cuts(support, tour, fractional_handles(support), THREADS)
         assert found
         assert found[0][0] == pytest.approx(1.0)
         assert_comb(found[0][1])

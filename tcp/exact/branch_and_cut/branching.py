@@ -12,10 +12,10 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from tcp.exact.branch_and_cut.combs import by_position, light_intervals
 from tcp.exact.branch_and_cut.cuts import Cut, Family, boundary, smaller_side
 from tcp.exact.branch_and_cut.relaxation import Relaxation, SetBranch
 from tcp.exact.branch_and_cut.support import Support
+from tcp.exact.branch_and_cut.teeth import by_position, light_intervals
 from tcp.travel import Ints
 
 EDGES = 12

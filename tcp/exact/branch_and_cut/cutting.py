@@ -9,6 +9,7 @@ has stalled on a connected support graph.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from concurrent.futures import Executor, ThreadPoolExecutor
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -124,6 +125,7 @@ class Cutter:
     listen: Callable[[int, Duals], None] = lambda bound, duals: None
     improve: Callable[[Support], None] = lambda support: None
     polish: Callable[[], None] = lambda: None
+    threads: Executor = field(default_factory=lambda: ThreadPoolExecutor(2))
     rounds: int = 0
 
     def __post_init__(self) -> None:
@@ -273,9 +275,10 @@ class Cutter:
         for cut, slack in zip(self.lp.cuts, self.lp.slack.tolist(), strict=True):
             if cut.comb and slack < KNOWN:
                 handles.append(cut.sets[0].astype(np.int64))
-        found = comb_cuts(support, self.incumbent.tour, handles)
+        found = comb_cuts(support, self.incumbent.tour, handles, self.threads)
         if len(found) < FEW_COMBS:
-            found += comb_cuts(support, joined(support, self.incumbent.tour), handles)
+            other = joined(support, self.incumbent.tour)
+            found += comb_cuts(support, other, handles, self.threads)
         return [cut for _, cut in found[:COMBS_A_ROUND]]
 
     def _local(self, support: Support) -> list[Cut]:

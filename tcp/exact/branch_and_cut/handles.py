@@ -32,20 +32,21 @@ def fractional_handles(support: Support) -> list[Ints]:
 
 
 def _collect(found: dict[bytes, Ints], support: Support, candidates: Iterable[Ints]) -> None:
+    """Note sets of ascending nodes, or their complements."""
     for nodes in candidates:
         if 3 <= len(nodes) <= support.size - 3:
-            handle = smaller_side(nodes, support.size)
-            found[handle.astype(np.int32).tobytes()] = handle
+            handle = nodes if 2 * len(nodes) <= support.size else smaller_side(nodes, support.size)
+            found[handle.tobytes()] = handle
 
 
 def blocks(size: int, i: Ints, j: Ints) -> list[Ints]:
     """Biconnected components with at least three nodes."""
     ptr, other, edge = adjacency_lists(i, j, size)
     label = _block_of_edge(size, len(i), ptr, other, edge)
-    order = np.argsort(label, kind="stable")
-    parts = np.split(order, np.cumsum(np.bincount(label))[:-1]) if len(label) else []
-    nodes = [np.unique(np.concatenate((i[part], j[part]))) for part in parts]
-    return [n for n in nodes if len(n) >= 3]
+    block, node = np.divmod(np.unique(np.concatenate((label * size + i, label * size + j))), size)
+    ends = np.cumsum(np.bincount(block)) if len(block) else block
+    starts = ends - np.bincount(block) if len(block) else block
+    return [node[a:b] for a, b in zip(starts, ends, strict=True) if b - a >= 3]
 
 
 @njit(cache=True)
