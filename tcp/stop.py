@@ -68,11 +68,13 @@ class Clock:
         self._pauses = 0
         self._paused_at = self._started
         self._bell = Event()
+        self._whole: Clock | None = None
 
     @property
     def interrupted(self) -> bool:
         """Whether the solver was asked to return what it has."""
-        return self._bell.is_set()
+        whole = self._whole
+        return self._bell.is_set() or (whole is not None and whole.interrupted)
 
     def interrupt(self) -> None:
         """Ask the solver to return what it has."""
@@ -86,12 +88,12 @@ class Clock:
     def part(self, stop: Stop) -> Clock:
         """A clock for a part of the work: interrupted with the whole, stopped by a wish of its own.
 
-        Its time does not run beyond the whole's.
+        Its time does not run beyond the whole's; interrupting it does not interrupt the whole.
         """
         left = None if self.stop.time is None else self.remaining
         times = [t for t in (stop.time, left) if t is not None]
         clock = Clock(replace(stop, time=min(times, default=None)), self._now)
-        clock._bell = self._bell
+        clock._whole = self
         return clock
 
     def pause(self) -> None:

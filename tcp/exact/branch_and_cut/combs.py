@@ -83,13 +83,15 @@ class Handle(NamedTuple):
 
 def new_handle(size: int, steps: int) -> Handle:
     """Work space for handles of ``size`` nodes."""
-    empty = np.zeros(size + steps + 2, np.int64)
+    room = size + steps + 2
     return Handle(
-        np.zeros(size, np.bool_),
-        empty,
-        np.zeros(steps, np.int64),
-        *(empty.copy() for _ in range(3)),
-        np.full(size, -1, np.int64),
+        inside=np.zeros(size, np.bool_),
+        members=np.zeros(room, np.int64),
+        moves=np.zeros(steps, np.int64),
+        now=np.zeros(room, np.int64),
+        trial=np.zeros(room, np.int64),
+        best=np.zeros(room, np.int64),
+        tabu=np.full(size, -1, np.int64),
     )
 
 

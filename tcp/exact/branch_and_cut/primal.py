@@ -19,9 +19,6 @@ from tcp.travel import Ints
 START_KICKS = 40
 """Kicks per node of the start."""
 
-POLISH_KICKS = 120
-"""Kicks per node once the root has not closed: a better route saves branches."""
-
 MOST_START_KICKS = 300_000
 """Most kicks of the start, however large the instance."""
 
@@ -51,14 +48,6 @@ def start(
     except InfeasibleError:
         return None
     return np.array(found, np.int64)
-
-
-def polish(problem: Problem, incumbent: Incumbent, rng: np.random.Generator, clock: Clock) -> None:
-    """Search on from the incumbent."""
-    if incumbent.cost is not None and problem.size > LIGHT:
-        kicks = min(POLISH_KICKS * problem.size, MOST_START_KICKS)
-        found = improve(problem.form, incumbent.tour.tolist(), rng=rng, clock=clock, kicks=kicks)
-        incumbent.offer(np.array(found, np.int64))
 
 
 @dataclass

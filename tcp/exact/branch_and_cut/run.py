@@ -4,18 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from functools import partial
 from pathlib import Path
 
 import numpy as np
 
 from tcp.exact.branch_and_cut.cutting import Cutter, Incumbent
 from tcp.exact.branch_and_cut.evidence import certificate, trivial
-from tcp.exact.branch_and_cut.primal import Repair, polish, start
+from tcp.exact.branch_and_cut.primal import LIGHT, Repair, start
 from tcp.exact.branch_and_cut.problem import Problem
 from tcp.exact.branch_and_cut.proof import Duals
 from tcp.exact.branch_and_cut.relaxation import Relaxation
 from tcp.exact.branch_and_cut.saved import load, replant
+from tcp.exact.branch_and_cut.scout import Scout
 from tcp.exact.branch_and_cut.tree import Tree
 from tcp.files.certificate import Certificate, write
 from tcp.instance import Instance
@@ -112,14 +112,20 @@ class _Engine:
         lp = Relaxation(problem, first_pairs(problem, self.incumbent.tour), unit_of(problem))
         cutter = Cutter(problem, lp, self.incumbent, self.clock)
         cutter.improve = Repair(problem, self.incumbent, rng, self.clock)
-        cutter.polish = partial(polish, problem, self.incumbent, rng, self.clock)
         cutter.listen = self._proved_here
         self.tree = Tree(cutter, news=self._proved, saved=self._save)
         if state is not None and origin is not None:
             replant(state, self.tree, origin)
         self._due = self.clock.elapsed
         self._save(self.tree)
-        self.tree.run()
+        scout = Scout(problem, self.incumbent, rng.spawn(1)[0], self.clock)
+        cutter.polish = scout.hear
+        if problem.size > LIGHT and self.incumbent.cost is not None:
+            scout.send()
+        try:
+            self.tree.run()
+        finally:
+            scout.recall()
         return self._outcome()
 
     def _save(self, tree: Tree) -> None:
