@@ -13,6 +13,7 @@ from tcp.exact.branch_and_cut.local import PARTS, Keyholes, cut_of, shortest_tou
 from tcp.exact.branch_and_cut.support import Support
 from tests.branch_and_cut.test_separation import (
     SIZE,
+    THREADS,
     TOURS,
     assert_holds_for_all_tours,
     half_integral,
@@ -22,7 +23,7 @@ from tests.branch_and_cut.test_separation import (
 
 
 def cuts_of(support: Support, most: int = 10):
-    return Keyholes(lambda: False).cuts(support, most)
+    return Keyholes(lambda: False, THREADS).cuts(support, most)
 
 
 @settings(max_examples=100, deadline=None)
@@ -81,7 +82,7 @@ def test_what_a_comb_sees_a_keyhole_sees(size):
 
 def test_views_without_violation_are_not_searched_again(monkeypatch):
     support = mixture(SIZE, 5, 1)
-    keyholes = Keyholes(lambda: False)
+    keyholes = Keyholes(lambda: False, THREADS)
     first = keyholes.cuts(support, 8)
     searched = len(keyholes.clean)
     assert keyholes.cuts(support, 8) == first
@@ -89,7 +90,7 @@ def test_views_without_violation_are_not_searched_again(monkeypatch):
 
 
 def test_a_stop_ends_the_search():
-    assert Keyholes(lambda: True).cuts(half_integral(12, 1), 10) == []
+    assert Keyholes(lambda: True, THREADS).cuts(half_integral(12, 1), 10) == []
 
 
 def test_more_parts_than_certificates_know_are_refused():

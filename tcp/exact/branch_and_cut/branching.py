@@ -8,12 +8,14 @@ the product of both gains decides (Applegate et al. 2006, ch. 14).
 
 from __future__ import annotations
 
+from concurrent.futures import Executor
 from dataclasses import dataclass, field
 
 import numpy as np
 
 from tcp.exact.branch_and_cut.cuts import Cut, Family, boundary, smaller_side
-from tcp.exact.branch_and_cut.relaxation import Relaxation, SetBranch
+from tcp.exact.branch_and_cut.probe import Probe, Try
+from tcp.exact.branch_and_cut.relaxation import Relaxation
 from tcp.exact.branch_and_cut.support import Support
 from tcp.exact.branch_and_cut.teeth import by_position, light_intervals
 from tcp.travel import Ints
@@ -26,9 +28,6 @@ SETS = 14
 
 OFF = 0.5
 """Sets with x(delta(S)) further from 3 are no candidates."""
-
-ITERATIONS = 60
-"""Dual simplex iterations of a probe."""
 
 
 @dataclass(frozen=True)
@@ -45,29 +44,35 @@ class Brancher:
     """Chooses decisions; remembers what branching on a pair gained before."""
 
     lp: Relaxation
+    threads: Executor
     gains: dict[int, tuple[float, float, int]] = field(default_factory=dict)
 
     def choose(self, support: Support, tour: Ints, cutoff: float) -> Decision | None:
         """The best decision at the current LP solution; None if there is no candidate."""
         sets = self._sets(support, tour)
         self.lp.add_cuts(sets)
-        basis = self.lp.basis()
-        value = self.lp.objective
-        cap = max(cutoff - value, 1e-9)
+        pairs = self._pairs(support)
+        places = [*self.lp.columns_of(np.array(pairs, np.int64)).tolist()]
+        tries = [*(Try(k, False) for k in places), *(Try(self.lp.row_of(c), True) for c in sets)]
+        cap = max(cutoff - self.lp.objective, 1e-9)
         best: Decision | None = None
         score = -1.0
-        for key in self._pairs(support):
-            column = int(self.lp.columns_of(np.array([key]))[0])
-            gains = self._probe_pair(column, value, basis)
-            self._learn(key, gains)
+        for k, gains in enumerate(self._gains(tries)):
+            if k < len(pairs):
+                self._learn(pairs[k], gains)
             if _product(gains, cap) > score:
-                best, score = Decision(key, None, gains), _product(gains, cap)
-        for cut in sets:
-            gains = self._probe_set(cut, value, basis)
-            if _product(gains, cap) > score:
-                best, score = Decision(-1, cut, gains), _product(gains, cap)
-        self.lp.set_basis(basis)
+                cut = None if k < len(pairs) else sets[k - len(pairs)]
+                best = Decision(pairs[k] if cut is None else -1, cut, gains)
+                score = _product(gains, cap)
         return best
+
+    def _gains(self, tries: list[Try]) -> list[tuple[float, float]]:
+        """What each of the tries gains below and above; every other one in a second solver."""
+        probes = [self.lp.probe(), self.lp.probe(twin=True)]
+        shares = [tries[side::2] for side in range(2)]
+        both = list(self.threads.map(Probe.gains, probes, shares))
+        self.lp.iterations += sum(probe.iterations for probe in probes)
+        return [both[k % 2][k // 2] for k in range(len(tries))]
 
     # -- candidates ----------------------------------------------------------
 
@@ -122,26 +127,6 @@ class Brancher:
             if off[s] < OFF and not any(_alike(part, other) for other in chosen):
                 chosen.append(part)
         return [Cut.of([part]) for part in chosen]
-
-    # -- probes ----------------------------------------------------------------
-
-    def _probe_pair(self, column: int, value: float, basis: object) -> tuple[float, float]:
-        gains = []
-        for fixed in (0.0, 1.0):
-            self.lp.bound_pair(column, fixed, fixed)
-            gains.append(self.lp.probe(ITERATIONS) - value)
-            self.lp.bound_pair(column, 0.0, 1.0)
-            self.lp.set_basis(basis)
-        return gains[0], gains[1]
-
-    def _probe_set(self, cut: Cut, value: float, basis: object) -> tuple[float, float]:
-        gains = []
-        for four in (False, True):
-            self.lp.bound_cut(cut, *SetBranch(cut, four).bounds)
-            gains.append(self.lp.probe(ITERATIONS) - value)
-            self.lp.bound_cut(cut, 2.0, np.inf)
-            self.lp.set_basis(basis)
-        return gains[0], gains[1]
 
 
 def _product(gains: tuple[float, float], cap: float) -> float:

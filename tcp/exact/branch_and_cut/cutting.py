@@ -44,6 +44,9 @@ WINDOW = 8
 TAIL = 0.002
 """Cutting stalls when a window of rounds closes less than this part of the gap."""
 
+DEEP_TAIL = 0.01
+"""The same while local cuts are sought: their rounds are dear."""
+
 PRICE_EVERY = 30
 """Rounds after which all pairs are priced even if cutting still helps: bounds on the way."""
 
@@ -130,7 +133,7 @@ class Cutter:
 
     def __post_init__(self) -> None:
         self.deep = False
-        self.keyholes = Keyholes(lambda: self.clock.reason() is not None)
+        self.keyholes = Keyholes(lambda: self.clock.reason() is not None, self.threads)
 
     # -- the loop ----------------------------------------------------------
 
@@ -295,7 +298,8 @@ class Cutter:
         cost = self.incumbent.cost
         value = history[-1]
         gap = max(cost - value, 0.0) if cost is not None else abs(value) * 0.01
-        return value - history[-1 - WINDOW] < tail * gap
+        least = max(tail, DEEP_TAIL) if self.deep else tail
+        return value - history[-1 - WINDOW] < least * gap
 
     def _price_neighbours(self) -> bool:
         """Enter candidate pairs of negative reduced cost, while there are no eliminations."""

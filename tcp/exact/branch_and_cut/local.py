@@ -21,6 +21,7 @@ other cuts.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import Executor
 from dataclasses import dataclass, field
 from math import gcd
 
@@ -88,9 +89,12 @@ class Keyholes:
     ----------
     stop : callable
         Asked between keyholes whether to leave.
+    threads : Executor
+        Look through different keyholes at a time.
     """
 
     stop: Callable[[], bool]
+    threads: Executor
     clean: set[bytes] = field(default_factory=set)
 
     def cuts(self, support: Support, most: int) -> list[Cut]:
@@ -108,14 +112,11 @@ class Keyholes:
         for ends_apart in (False, True):
             graph = Shrunk.of(support, ends_apart)
             members = groups(graph.atom)
-            for chunk in _keyholes(graph, most):
-                if self.stop():
-                    break
-                x = _seen(graph, chunk)
-                view = np.round(x, 5).tobytes()
-                if view in self.clean:
+            chunks = list(_keyholes(graph, most))
+            for chunk, view, seen in zip(chunks, *self._looks(graph, chunks), strict=True):
+                if seen is None:
                     continue
-                value, sets, weights = _separated(x)
+                value, sets, weights = seen
                 cut = None
                 if value < 1.0 - VIOLATION:
                     cut = _cut(chunk, members, sets, weights, support.size)
@@ -126,6 +127,18 @@ class Keyholes:
         if len(self.clean) > MEMORY:
             self.clean.clear()
         return [cut for _, cut in sorted(found.values(), key=lambda item: item[0])]
+
+    def _looks(
+        self, graph: Shrunk, chunks: list[Ints]
+    ) -> tuple[list[bytes], list[tuple[float, Ints, Floats] | None]]:
+        """The name of each view, and what is seen there: None if it is known, or time is up."""
+        values = [_seen(graph, chunk) for chunk in chunks]
+        views = [np.round(x, 5).tobytes() for x in values]
+
+        def look(x: Floats, view: bytes) -> tuple[float, Ints, Floats] | None:
+            return None if view in self.clean or self.stop() else _separated(x)
+
+        return views, list(self.threads.map(look, values, views))
 
 
 # --- where to look -----------------------------------------------------------
@@ -145,7 +158,7 @@ def _keyholes(graph: Shrunk, most: int) -> Iterator[Ints]:
             yield chunk
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _grown(ptr: Ints, other: Ints, weight: Floats, seed: int, size: int) -> Ints:
     """Up to ``size`` atoms: always the one that most weight ties to those before it."""
     chunk = np.empty(size, np.int64)
@@ -301,7 +314,7 @@ def shortest_tour(lengths: Floats) -> tuple[Ints, float]:
     return tour, _held_karp(lengths, tour)
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _short_tours(lengths: Floats, below: float) -> Ints:
     """Different tours shorter than ``below``: nearest neighbours from every atom, then 2-opt."""
     size = len(lengths)
@@ -340,7 +353,7 @@ def _short_tours(lengths: Floats, below: float) -> Ints:
     return tours[:count]
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _held_karp(lengths: Floats, tour: Ints) -> float:
     last = len(lengths) - 1
     full = (1 << last) - 1
@@ -375,7 +388,7 @@ def _held_karp(lengths: Floats, tour: Ints) -> float:
     return length
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _boundaries(x: Floats) -> Floats:
     """x(delta(S)) of every set of atoms without the last, by bit mask."""
     last = len(x) - 1
@@ -394,7 +407,7 @@ def _boundaries(x: Floats) -> Floats:
     return value
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _crossings(tours: Ints, sets: Ints) -> Floats:
     """How often each tour of the atoms crosses the boundary of each set."""
     count = np.zeros((len(tours), len(sets)))
@@ -408,7 +421,7 @@ def _crossings(tours: Ints, sets: Ints) -> Floats:
     return count
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _lengths(sets: Ints, weights: Floats, size: int) -> Floats:
     """The metric that the weights make: the weight of all sets that separate two atoms."""
     total = np.zeros((size, size))

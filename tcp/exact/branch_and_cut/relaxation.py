@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tcp.exact.branch_and_cut.cuts import Cut, Family, columns, rows
+from tcp.exact.branch_and_cut.probe import Probe
 from tcp.exact.branch_and_cut.problem import Problem
 from tcp.exact.branch_and_cut.proof import Duals, Fixings, Floats, rounded
 from tcp.travel import Ints
@@ -390,35 +391,18 @@ class Relaxation:
         branch = self._branches.get(cut.key)
         return branch is not None and not branch.four
 
-    def probe(self, iterations: int) -> float:
-        """Objective (quanta) after a few dual simplex iterations; inf if infeasible."""
+    def row_of(self, cut: Cut) -> int:
+        """Row number of a cut that is in the LP."""
+        return self.problem.size + self.place[cut.key]
+
+    def probe(self, twin: bool = False) -> Probe:
+        """Try decisions from the current basis, in this solver or in a twin."""
+        basis = self._h.getBasis()
         h = self._h
-        h.setOptionValue("simplex_strategy", 1)
-        h.setOptionValue("simplex_iteration_limit", iterations)
-        h.run()
-        h.setOptionValue("simplex_iteration_limit", 2**31 - 1)
-        info = h.getInfo()
-        self.iterations += max(0, info.simplex_iteration_count)
-        if h.getModelStatus() == highspy.HighsModelStatus.kInfeasible:
-            return float("inf")
-        return info.objective_function_value * self.unit
-
-    def basis(self) -> highspy.HighsBasis:
-        """The basis as HiGHS has it, valid while no row or column comes or goes."""
-        return self._h.getBasis()
-
-    def set_basis(self, basis: highspy.HighsBasis) -> None:
-        """Bring back a basis of the same rows and columns."""
-        self._h.setBasis(basis)
-
-    def bound_pair(self, column: int, lower: float, upper: float) -> None:
-        """Set the bounds of one column, for a probe."""
-        self._h.changeColBounds(column, lower, upper)
-
-    def bound_cut(self, cut: Cut, lower: float, upper: float) -> None:
-        """Set the bounds of one row, for a probe."""
-        row = self.problem.size + self.place[cut.key]
-        self._h.changeRowBounds(row, lower, upper)
+        if twin:
+            h = self._copy(self.cost / self.unit)
+            h.setBasis(basis)
+        return Probe(h, basis, self.objective, self.unit)
 
     # -- infeasibility ---------------------------------------------------
 

@@ -86,7 +86,7 @@ class Tree:
     stuck: bool = False
 
     def __post_init__(self) -> None:
-        self.brancher = Brancher(self.cutter.lp)
+        self.brancher = Brancher(self.cutter.lp, self.cutter.threads)
         self._at: int | None = None
         if not self.nodes:
             self._open(Node(Fixings.root(self.cutter.problem), (), 0, None))
