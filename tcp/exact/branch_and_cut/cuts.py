@@ -12,7 +12,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from itertools import chain
 
 import numpy as np
 from numba import njit
@@ -31,9 +30,9 @@ class Cut:
     ----------
     nodes : int32 array
         The sets one after the other, each ascending; a comb's handle first.
-    ends : tuple of int
+    ends : int64 array
         Where each set ends in ``nodes``.
-    weights : tuple of int
+    weights : int64 array
         The sets' weights, all 1 but for local cuts.
     rhs : int
         The right-hand side.
@@ -42,8 +41,8 @@ class Cut:
     """
 
     nodes: Nodes
-    ends: tuple[int, ...]
-    weights: tuple[int, ...]
+    ends: Ints
+    weights: Ints
     rhs: int
     local: bool = False
     key: bytes = field(default=b"", repr=False)
@@ -54,7 +53,8 @@ class Cut:
         parts = [np.sort(np.asarray(s, np.int32)) for s in sets]
         parts[1:] = sorted(parts[1:], key=lambda tooth: int(tooth[0]))
         teeth = len(parts) - 1
-        return cls._made(parts, (1,) * len(parts), 3 * teeth + 1 if teeth else 2, False)
+        weights = np.ones(len(parts), np.int64)
+        return cls._made(parts, weights, 3 * teeth + 1 if teeth else 2, False)
 
     @classmethod
     def weighted(
@@ -63,15 +63,16 @@ class Cut:
         """A local cut from its sets, their weights (>= 1) and its right-hand side."""
         parts = [np.sort(np.asarray(s, np.int32)) for s in sets]
         order = sorted(range(len(parts)), key=lambda k: (len(parts[k]), parts[k].tolist()))
-        chosen = tuple(int(weights[k]) for k in order)
+        chosen = np.array([weights[k] for k in order], np.int64)
         return cls._made([parts[k] for k in order], chosen, rhs, True)
 
     @classmethod
-    def _made(cls, parts: list[Nodes], weights: tuple[int, ...], rhs: int, local: bool) -> Cut:
-        ends = tuple(np.cumsum([len(p) for p in parts]).tolist())
+    def _made(cls, parts: list[Nodes], weights: Ints, rhs: int, local: bool) -> Cut:
+        ends = np.array([len(p) for p in parts], np.int64).cumsum()
         nodes = np.concatenate(parts)
-        shape = (ends, weights, rhs) if local else ends
-        key = nodes.tobytes() + bytes(str(shape), "ascii")
+        key = nodes.tobytes() + b":" + ends.tobytes()
+        if local:
+            key += b":" + weights.tobytes() + rhs.to_bytes(8, "little")
         return cls(nodes, ends, weights, rhs, local, key)
 
     @property
@@ -82,8 +83,8 @@ class Cut:
     @property
     def sets(self) -> tuple[Nodes, ...]:
         """The sets, a comb's handle first."""
-        starts = (0, *self.ends[:-1])
-        return tuple(self.nodes[a:b] for a, b in zip(starts, self.ends, strict=True))
+        ends = self.ends.tolist()
+        return tuple(self.nodes[a:b] for a, b in zip([0, *ends[:-1]], ends, strict=True))
 
 
 def smaller_side(nodes: Sequence[int] | Ints | Nodes, size: int) -> Ints:
@@ -115,11 +116,11 @@ class Family:
             none = np.zeros(0, np.int64)
             return cls(none, np.zeros(1, np.int64), np.zeros(0, np.int32), none, 0)
         nodes = np.concatenate([c.nodes for c in cuts])
-        owner = np.repeat(np.arange(count), [len(c.ends) for c in cuts])
-        offsets = np.cumsum([0] + [len(c.nodes) for c in cuts])
-        ends = np.fromiter(chain.from_iterable(c.ends for c in cuts), np.int64, len(owner))
-        ptr = np.concatenate(([0], ends + offsets[owner]))
-        weight = np.fromiter(chain.from_iterable(c.weights for c in cuts), np.int64, len(owner))
+        sets, lengths = [c.ends for c in cuts], [len(c.nodes) for c in cuts]
+        owner = np.repeat(np.arange(count), [len(ends) for ends in sets])
+        before = np.cumsum([0, *lengths[:-1]])
+        ptr = np.concatenate(([0], np.concatenate(sets) + before[owner]))
+        weight = np.concatenate([c.weights for c in cuts])
         return cls(owner, ptr, nodes, weight, count)
 
     def membership(self, size: int) -> tuple[Ints, Ints]:

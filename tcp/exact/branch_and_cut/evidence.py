@@ -82,6 +82,6 @@ def _duals(pool: files.Pool, duals: Duals) -> files.Duals:
         if y < 0 or rhs != cut.rhs:
             branches.append((pool.set(cut.nodes.tolist()), y))
         else:
-            weights = cut.weights if cut.local else ()
+            weights = tuple(cut.weights.tolist()) if cut.local else ()
             cuts.append((pool.cut([s.tolist() for s in cut.sets], weights), y))
     return files.Duals(max(duals.scale, 0), duals.pi, tuple(cuts), tuple(branches))

@@ -20,6 +20,7 @@ class Pool:
         self._cuts: dict[bytes, Cut] = {}
         self._family: Family | None = None
         self._listed: list[Cut] = []
+        self._rhs = np.zeros(0, np.int64)
 
     def __len__(self) -> int:
         return len(self._cuts)
@@ -43,11 +44,12 @@ class Pool:
         if self._family is None:
             self._listed = list(self._cuts.values())
             self._family = Family.of(self._listed)
+            self._rhs = np.array([c.rhs for c in self._listed])
         family = self._family
         value = boundary(
             family.ptr, family.nodes, support.ptr, support.other, support.weight, support.size
         )
         total = np.bincount(family.owner, value * family.weight, minlength=family.count)
-        missing = np.array([c.rhs for c in self._listed]) - total
+        missing = self._rhs - total
         order = np.argsort(-missing, kind="stable")[:limit]
         return [self._listed[k] for k in order if missing[k] >= by]

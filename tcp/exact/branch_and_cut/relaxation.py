@@ -377,8 +377,9 @@ class Relaxation:
     def _rounded(self, row_dual: Floats, cuts: list[Cut], unit: float) -> Duals:
         size = self.problem.size
         listed: list[tuple[Cut, int, float, bool]] = []
-        for cut, dual in zip(cuts, row_dual[size:].tolist(), strict=True):
-            listed.append((cut, self.rhs_of(cut), dual, self.is_equation(cut)))
+        for k in np.nonzero(row_dual[size:])[0].tolist():
+            cut = cuts[k]
+            listed.append((cut, self.rhs_of(cut), row_dual[size + k], self.is_equation(cut)))
         return rounded(self.problem, row_dual[:size], listed, unit)
 
     def rhs_of(self, cut: Cut) -> int:
