@@ -12,8 +12,8 @@ HEAD = """\
 
 Written by `python benchmarks/proofs.py`; raw results in `benchmarks/results/proofs.jsonl`. Each
 line is a certificate that the independent checker (`tcp check`) verified in the same run. Seconds
-are CPU seconds of one thread on a two-core machine, from the holes to the checked certificate,
-start route included; limits are wall-clock seconds. One run each, but WP1 to WP3. Memory is the
+are CPU seconds, both threads together, on a two-core machine, from the holes to the checked
+certificate, start route included; limits are wall-clock seconds. One run each, but WP1 to WP3. Memory is the
 peak of the proof's own process, libraries included.
 """
 
