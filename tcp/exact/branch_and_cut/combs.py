@@ -43,6 +43,9 @@ STEPS = 12
 MOVING = 100
 """Largest handle that is moved: larger ones take most of the time and yield hardly anything."""
 
+FEW = 50
+"""Fewer handles are not worth a second thread."""
+
 PATIENCE = 4
 """Moves without progress after which that search ends."""
 
@@ -125,9 +128,10 @@ def comb_cuts(
         return Found(*_search(graph, teeth, ptr, nodes, steps, room, handle))
 
     half = (len(handles) + 1) // 2
-    parts = [part for part in (handles[:half], handles[half:]) if part]
+    few = len(handles) < FEW
+    results = [search(handles)] if few else pool.map(search, (handles[:half], handles[half:]))
     cuts: dict[bytes, tuple[float, Cut]] = {}
-    for found in pool.map(search, parts):
+    for found in results:
         for violation, cut in _cuts(found, tour):
             cuts[cut.key] = (violation, cut)
     return sorted(cuts.values(), key=lambda item: -item[0])

@@ -29,7 +29,7 @@ LIGHT = 60
 """Up to so many nodes an uncompiled start serves: the search that compiles takes longer to load."""
 
 
-LIGHT_STARTS = 2
+LIGHT_STARTS = 1
 """Tours that such a start improves: so small an LP soon finds better ones itself."""
 
 
