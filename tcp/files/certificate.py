@@ -38,6 +38,9 @@ FORMAT = "tcp-certificate"
 VERSION = 2
 """The newest version; a certificate without weighted cuts is written as version 1."""
 
+NOWHERE = np.zeros((), dtype=np.int64)
+"""What the potentials of the first dual vector are coded against."""
+
 MAX_BYTES = 2**28
 """Largest certificate that is read, uncompressed (256 MiB)."""
 
@@ -211,19 +214,15 @@ class Certificate:
         ValueError
             If the nodes do not form one tree.
         """
-        pool = pool or Pool()
-        order = preorder(tree)
-        place = {old: new for new, old in enumerate(order)}
-        nodes = [_moved(tree[old], place) for old in order]
-        sets, cuts, nodes = _used(pool, nodes)
+        used, nodes = _compacted(pool or Pool(), tree)
         return cls(
             instance=instance_data(instance),
             lower=None if lower is None else int(lower),
             upper=None if route is None else instance.cost(route),
             route=None if route is None else tuple(int(v) for v in route),
-            sets=sets,
-            cuts=cuts,
-            tree=tuple(nodes),
+            sets=tuple(used.sets),
+            cuts=tuple(used.cuts),
+            tree=nodes,
         )
 
 
@@ -283,28 +282,21 @@ def instance_data(instance: Instance) -> dict[str, Any]:
     return data
 
 
-def to_text(certificate: Certificate) -> str:
+def to_text(proof: Certificate) -> str:
     """Canonical JSON: the same certificate always gives the same text."""
-    claim: dict[str, Any] = {}
-    if certificate.lower is None:
-        claim["infeasible"] = True
-    else:
-        claim["lower"] = certificate.lower
-    if certificate.upper is not None:
-        claim["upper"] = certificate.upper
+    bounds = {"lower": proof.lower, "upper": proof.upper}
+    claim = {key: bound for key, bound in bounds.items() if bound is not None}
     data: dict[str, Any] = {
         "format": FORMAT,
-        "version": VERSION if any(isinstance(c, Weighted) for c in certificate.cuts) else 1,
-        "instance": dict(certificate.instance),
-        "claim": claim,
+        "version": VERSION if any(isinstance(c, Weighted) for c in proof.cuts) else 1,
+        "instance": dict(proof.instance),
+        "claim": claim if proof.lower is not None else {**claim, "infeasible": True},
     }
-    if certificate.route is not None:
-        data["route"] = list(certificate.route)
-    data["sets"] = [_runs(nodes) for nodes in certificate.sets]
-    data["cuts"] = [_cut_data(cut) for cut in certificate.cuts]
-    before = np.zeros(0, dtype=np.int64)
-    rows = []
-    for node in certificate.tree:
+    if proof.route is not None:
+        data["route"] = list(proof.route)
+    data |= {"sets": [*map(_runs, proof.sets)], "cuts": [*map(_cut_data, proof.cuts)]}
+    before, rows = NOWHERE, list[str]()
+    for node in proof.tree:
         row, before = _node_data(node, before)
         rows.append(_compact(row))
     head = ",\n".join(f'"{key}":{_compact(value)}' for key, value in data.items())
@@ -324,7 +316,7 @@ def from_text(text: str, path: str | Path | None = None) -> Certificate:
         if data["format"] != FORMAT or data["version"] not in range(1, VERSION + 1):
             raise InputError(f"not a {FORMAT} of version 1 to {VERSION}", path)
         size = len(data["instance"]["ids"]) + 2
-        before = np.zeros(0, dtype=np.int64)
+        before = NOWHERE
         tree: list[Node] = []
         for row in data["tree"]:
             node, before = _node_from(row, before)
@@ -397,18 +389,6 @@ def read(path: str | Path) -> Certificate:
         raise InputError(f"cannot read the certificate ({error})", path) from None
 
 
-def _moved(node: Node, place: Mapping[int, int]) -> Node:
-    match node:
-        case EdgeBranch():
-            return EdgeBranch(node.i, node.j, place[node.absent], place[node.present])
-        case SetBranch():
-            return SetBranch(node.nodes, place[node.two], place[node.four])
-        case Fix():
-            return Fix(node.duals, place[node.child])
-        case Leaf():
-            return node
-
-
 def _cut_data(cut: tuple[int, ...] | Weighted) -> Any:
     if isinstance(cut, Weighted):
         return {"sets": list(cut.sets), "weights": list(cut.weights)}
@@ -421,33 +401,35 @@ def _cut_from(data: Any) -> tuple[int, ...] | Weighted:
     return tuple(data)
 
 
-def _used(
-    pool: Pool, nodes: list[Node]
-) -> tuple[tuple[tuple[int, ...], ...], tuple[tuple[int, ...] | Weighted, ...], list[Node]]:
-    """The part of the pool that the tree speaks of, renumbered in order of appearance."""
-    small = Pool()
+def _compacted(pool: Pool, tree: Sequence[Node]) -> tuple[Pool, tuple[Node, ...]]:
+    """The tree in preorder, and the part of the pool that it speaks of, in order of appearance."""
+    used, order = Pool(), preorder(tree)
+    place = {old: new for new, old in enumerate(order)}
 
-    def renewed(cut: tuple[int, ...] | Weighted) -> int:
-        sets, weights = (cut.sets, cut.weights) if isinstance(cut, Weighted) else (cut, ())
-        return small.cut((pool.sets[s] for s in sets), weights)
+    def cut(k: int) -> int:
+        match pool.cuts[k]:
+            case Weighted(sets, weights):
+                return used.cut((pool.sets[s] for s in sets), weights)
+            case sets:
+                return used.cut(pool.sets[s] for s in sets)
 
     def fresh(duals: Duals) -> Duals:
-        cuts = [(renewed(pool.cuts[k]), int(y)) for k, y in duals.cuts]
-        branches = [(small.set(pool.sets[s]), int(y)) for s, y in duals.branches]
+        cuts = [(cut(k), int(y)) for k, y in duals.cuts]
+        branches = [(used.set(pool.sets[s]), int(y)) for s, y in duals.branches]
         return replace(duals, cuts=tuple(sorted(cuts)), branches=tuple(sorted(branches)))
 
-    renumbered: list[Node] = []
-    for node in nodes:
+    def moved(node: Node) -> Node:
         match node:
-            case SetBranch():
-                renumbered.append(replace(node, nodes=small.set(pool.sets[node.nodes])))
-            case Fix():
-                renumbered.append(replace(node, duals=fresh(node.duals)))
-            case Leaf() if node.duals is not None:
-                renumbered.append(Leaf(fresh(node.duals)))
-            case _:
-                renumbered.append(node)
-    return tuple(small.sets), tuple(small.cuts), renumbered
+            case EdgeBranch(i, j, absent, present):
+                return EdgeBranch(i, j, place[absent], place[present])
+            case SetBranch(nodes, two, four):
+                return SetBranch(used.set(pool.sets[nodes]), place[two], place[four])
+            case Fix(duals, child):
+                return Fix(fresh(duals), place[child])
+            case Leaf(duals):
+                return Leaf(None if duals is None else fresh(duals))
+
+    return used, tuple(moved(tree[old]) for old in order)
 
 
 def _compact(value: Any) -> str:
@@ -479,49 +461,39 @@ def _node_data(node: Node, before: Ints) -> tuple[dict[str, Any], Ints]:
             return {"edge": [node.i, node.j], "children": [node.absent, node.present]}, before
         case SetBranch():
             return {"set": node.nodes, "children": [node.two, node.four]}, before
-        case Fix():
-            duals, after = _duals_data(node.duals, before)
-            return {"fix": duals, "child": node.child}, after
-        case Leaf():
-            if node.duals is None:
-                return {"leaf": None}, before
-            duals, after = _duals_data(node.duals, before)
-            return {"leaf": duals}, after
+        case Leaf(None):
+            return {"leaf": None}, before
+        case Leaf(Duals() as duals):
+            return {"leaf": _duals_data(duals, before)}, duals.potentials
+        case Fix(duals, child):
+            return {"fix": _duals_data(duals, before), "child": child}, duals.potentials
+    raise TypeError(f"no tree node: {node!r}")
 
 
-def _duals_data(duals: Duals, before: Ints) -> tuple[dict[str, Any], Ints]:
-    after = np.asarray(duals.potentials, dtype=np.int64)
-    change = after - before if before.size else after
+def _duals_data(duals: Duals, before: Ints) -> dict[str, Any]:
+    change = np.asarray(duals.potentials, dtype=np.int64) - before
     data: dict[str, Any] = {"scale": int(duals.scale), "pi": change.tolist()}
-    if duals.cuts:
-        data["cuts"] = [int(v) for pair in duals.cuts for v in pair]
-    if duals.branches:
-        data["branches"] = [int(v) for pair in duals.branches for v in pair]
-    return data, after
+    for name, pairs in (("cuts", duals.cuts), ("branches", duals.branches)):
+        if pairs:
+            data[name] = [int(v) for pair in pairs for v in pair]
+    return data
 
 
 def _node_from(row: Mapping[str, Any], before: Ints) -> tuple[Node, Ints]:
+    """The tree node that :func:`_node_data` wrote."""
     if "edge" in row:
-        (i, j), (absent, present) = row["edge"], row["children"]
-        return EdgeBranch(i, j, absent, present), before
+        return EdgeBranch(*row["edge"], *row["children"]), before
     if "set" in row:
-        two, four = row["children"]
-        return SetBranch(row["set"], two, four), before
-    if "fix" in row:
-        duals = _duals_from(row["fix"], before)
-        return Fix(duals, row["child"]), duals.potentials
-    if row["leaf"] is None:
+        return SetBranch(row["set"], *row["children"]), before
+    if "fix" not in row and row["leaf"] is None:
         return Leaf(None), before
-    duals = _duals_from(row["leaf"], before)
-    return Leaf(duals), duals.potentials
+    duals = _duals_from(row["fix"] if "fix" in row else row["leaf"], before)
+    return (Fix(duals, row["child"]) if "fix" in row else Leaf(duals)), duals.potentials
 
 
 def _duals_from(data: Mapping[str, Any], before: Ints) -> Duals:
-    change = np.array(data["pi"], dtype=np.int64)
-    cuts, branches = data.get("cuts", []), data.get("branches", [])
-    return Duals(
-        scale=data["scale"],
-        potentials=change + before if before.size else change,
-        cuts=tuple(zip(cuts[::2], cuts[1::2], strict=True)),
-        branches=tuple(zip(branches[::2], branches[1::2], strict=True)),
+    cuts, branches = (
+        tuple(zip(values[::2], values[1::2], strict=True))
+        for values in (data.get("cuts", []), data.get("branches", []))
     )
+    return Duals(data["scale"], np.array(data["pi"], dtype=np.int64) + before, cuts, branches)

@@ -138,11 +138,7 @@ class Cutter:
     # -- the loop ----------------------------------------------------------
 
     def process(
-        self,
-        fixings: Fixings,
-        branches: Sequence[SetBranch],
-        tail: float = TAIL,
-        deepen: bool = False,
+        self, fixings: Fixings, branches: Sequence[SetBranch], deepen: bool = False
     ) -> NodeResult:
         """Cut and price until the node closes or nothing helps; the LP is already entered.
 
@@ -167,7 +163,7 @@ class Cutter:
             pending = False
             if support is not None and not stop and not self._reached():
                 unpriced += 1
-                pending = self._separate(support, history, tail, deepen)
+                pending = self._separate(support, history, deepen)
                 if pending and unpriced < PRICE_EVERY:
                     continue
                 self._offer_integral(support)
@@ -238,7 +234,7 @@ class Cutter:
 
     # -- separation ----------------------------------------------------------
 
-    def _separate(self, support: Support, history: list[float], tail: float, deepen: bool) -> bool:
+    def _separate(self, support: Support, history: list[float], deepen: bool) -> bool:
         """Add cuts; False if there are none, or if they have stopped to help.
 
         Once templates have stalled, ``deepen`` turns to local cuts as well.
@@ -248,7 +244,7 @@ class Cutter:
             self.pool.add(apart)
             return self._enter(apart)
         history.append(self.lp.objective)
-        if self._stalled(history, tail):
+        if self._stalled(history):
             if self.deep or not deepen:
                 return False
             self.deep = True
@@ -292,13 +288,13 @@ class Cutter:
                 break
         return found
 
-    def _stalled(self, history: list[float], tail: float) -> bool:
+    def _stalled(self, history: list[float]) -> bool:
         if len(history) <= WINDOW:
             return False
         cost = self.incumbent.cost
         value = history[-1]
         gap = max(cost - value, 0.0) if cost is not None else abs(value) * 0.01
-        least = max(tail, DEEP_TAIL) if self.deep else tail
+        least = DEEP_TAIL if self.deep else TAIL
         return value - history[-1 - WINDOW] < least * gap
 
     def _price_neighbours(self) -> bool:
