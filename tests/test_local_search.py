@@ -143,7 +143,7 @@ def missed_exchange(form, ground, tour):
     """An improving exchange of two or three edges along candidate lists, by trying them all."""
     n, cost = (
         form.size,
-        [[price(*ground.costs, u, v) for v in range(form.size)] for u in range(form.size)],
+        [[price(ground.costs, u, v) for v in range(form.size)] for u in range(form.size)],
     )
     near = [{int(w) for w in ground.near[v] if w != v} for v in range(n)]
     fixed = [{int(w) for w in ground.mates[v] if w >= 0} for v in range(n)]
@@ -178,12 +178,12 @@ def test_no_improving_exchange_inside_the_lists_is_missed(piece, model, ends):
     ground = survey(form, 7)
     tour, work = new_tour(greedy(ground)), new_work(form.size, ground.near.shape[1])
     work.state[FIRM] = 1
-    state = (*ground.costs, ground.near, ground.dist, *tour, *work)
-    before = length(*ground.costs, tour.order)
+    state = (ground.costs, ground.near, ground.dist, *tour, *work)
+    before = length(ground.costs, tour.order)
     while True:
         push_all(work.queue, work.queued, work.state, tour.order)
         gain = settle(*state, 1 << 60)
-        after = length(*ground.costs, tour.order)
+        after = length(ground.costs, tour.order)
         assert after == before - gain
         before = after
         if gain == 0:
@@ -233,8 +233,8 @@ def test_books_balance_and_undo_restores(n, seed, ends):
     tour = stream.tour
     for heat in (0.0, 5.0, 0.0):
         stream.kick(40, heat)
-        assert length(*ground.costs, tour.order) == stream.cost >= stream.best_cost
-        assert length(*ground.costs, stream.best) == stream.best_cost
+        assert length(ground.costs, tour.order) == stream.cost >= stream.best_cost
+        assert length(ground.costs, stream.best) == stream.best_cost
         assert np.array_equal(tour.pos[tour.order], np.arange(form.size))
         assert set(form.forced) <= edges_of(ground.label[tour.order].tolist())
     kept, half = tour.order.copy(), form.size // 2
@@ -263,10 +263,10 @@ def test_a_child_is_a_better_tour_that_keeps_what_its_parents_agree_on(n, seed, 
     for _ in range(5):
         child[:] = order
         cycles = ab_cycles(a.order, a.pos, b.order, b.pos, random)
-        gain = mate(*ground.costs, ground.near, a.order, a.pos, *cycles, child, counts, 2)
+        gain = mate(ground.costs, ground.near, a.order, a.pos, *cycles, child, counts, 2)
         assert gain >= 0
         assert sorted(child.tolist()) == list(range(form.size))
-        assert length(*ground.costs, child) == length(*ground.costs, order) - gain
+        assert length(ground.costs, child) == length(ground.costs, order) - gain
         assert set(form.forced) <= edges_of(ground.label[child].tolist())
         if gain == 0:
             assert np.array_equal(child, order)

@@ -27,9 +27,7 @@ KNOWN = 10
 
 @compiled
 def mate(
-    rule: Any,
-    xy: Any,
-    pairs: Any,
+    costs: Any,
     near: Any,
     order: Any,
     pos: Any,
@@ -62,7 +60,7 @@ def mate(
     best, best_value = np.int64(0), 0.0
     for c in range(count):
         cycle = nodes[starts[c] : starts[c + 1]]
-        gain, used = assemble(rule, xy, pairs, near, order, pos, link, cycle, parts, room)
+        gain, used = assemble(costs, near, order, pos, link, cycle, parts, room)
         lost = restore(order, pos, link, room, used, counts, members)
         if gain > 0 and gain / max(lost, 1e-6) > best_value:
             best, best_value = gain, gain / max(lost, 1e-6)
@@ -152,9 +150,7 @@ def relink(link: Any, u: int, old: int, new: int) -> None:
 
 @inner
 def assemble(
-    rule: Any,
-    xy: Any,
-    pairs: Any,
+    costs: Any,
     near: Any,
     order: Any,
     pos: Any,
@@ -172,7 +168,7 @@ def assemble(
     cuts, part, size = parts[0, :k], parts[1, :k], parts[2, :k]
     gain = np.int64(0)
     for i in range(2 * k):
-        c = price(rule, xy, pairs, cycle[i], cycle[i + 1 if i + 1 < 2 * k else 0])
+        c = price(costs, cycle[i], cycle[i + 1 if i + 1 < 2 * k else 0])
         gain += -c if i % 2 else c
     if gain <= 0:  # joining hardly ever gains anything
         return gain, 0
@@ -195,7 +191,7 @@ def assemble(
         for i in range(1, k):
             if size[i] < size[small]:
                 small = i
-        joined, into = join(rule, xy, pairs, near, order, pos, link, cuts, part, small, room, used)
+        joined, into = join(costs, near, order, pos, link, cuts, part, small, room, used)
         if into < 0:
             return np.int64(-1), used
         gain += joined
@@ -274,9 +270,7 @@ def trace(order: Any, pos: Any, link: Any, cuts: Any, part: Any, size: Any) -> i
 
 @inner
 def join(
-    rule: Any,
-    xy: Any,
-    pairs: Any,
+    costs: Any,
     near: Any,
     order: Any,
     pos: Any,
@@ -303,13 +297,13 @@ def join(
             home = part[stretch(cuts, pos[w])]
             if home == small:
                 continue
-            across = price(rule, xy, pairs, v, w)
+            across = price(costs, v, w)
             for a in range(2):
                 v2 = link[v, a]
-                rest = price(rule, xy, pairs, v, v2) - across
+                rest = price(costs, v, v2) - across
                 for b in range(2):
                     w2 = link[w, b]
-                    gain = rest + price(rule, xy, pairs, w, w2) - price(rule, xy, pairs, v2, w2)
+                    gain = rest + price(costs, w, w2) - price(costs, v2, w2)
                     if gain > best:
                         best, into = gain, home
                         room[used, 0], room[used + 1, 0] = v, v2

@@ -60,16 +60,17 @@ class Ground(NamedTuple):
 
     @property
     def costs(self) -> tuple[Ints, Ints, Ints]:
-        """What :func:`price` takes."""
+        """What :func:`price` takes: ``rule``, ``xy`` and ``pairs``."""
         return self.rule, self.xy, self.pairs
 
 
 @inlined
-def price(rule: Any, xy: Any, pairs: Any, u: int, v: int) -> int:
+def price(costs: Any, u: int, v: int) -> int:
     """Cost of the edge u-v; forced edges are worth, forbidden ones cost a lot on top."""
+    rule, xy, _ = costs
     how = rule[HOW]
     if how == OTHERWISE:
-        return elaborate_price(rule, xy, pairs, np.int64(u), np.int64(v))
+        return elaborate_price(costs, np.int64(u), np.int64(v))
     if u == rule[VIRTUAL] or v == rule[VIRTUAL]:
         return np.int64(0)
     dx, dy = abs(xy[u, 0] - xy[v, 0]), abs(xy[u, 1] - xy[v, 1])
@@ -77,8 +78,9 @@ def price(rule: Any, xy: Any, pairs: Any, u: int, v: int) -> int:
 
 
 @inner
-def elaborate_price(rule: Any, xy: Any, pairs: Any, u: int, v: int) -> int:
+def elaborate_price(costs: Any, u: int, v: int) -> int:
     """The same for everything that is not a plain sum or maximum."""
+    rule, xy, pairs = costs
     c = np.int64(0)
     if u != rule[VIRTUAL] and v != rule[VIRTUAL]:
         if rule[MATRIX]:
@@ -103,11 +105,11 @@ def ruled(pairs: Any, u: int, v: int) -> int:
 
 
 @compiled
-def length(rule: Any, xy: Any, pairs: Any, order: Any) -> int:
+def length(costs: Any, order: Any) -> int:
     """Cost of a cyclic order of nodes, rules included."""
     total = np.int64(0)
     last = order[order.size - 1]
     for k in range(order.size):
-        total += price(rule, xy, pairs, last, order[k])
+        total += price(costs, last, order[k])
         last = order[k]
     return total

@@ -39,9 +39,7 @@ def draw(random: Any, below: int) -> int:
 
 @compiled
 def kick_and_repair(
-    rule: Any,
-    xy: Any,
-    pairs: Any,
+    costs: Any,
     near: Any,
     dist: Any,
     order: Any,
@@ -70,11 +68,9 @@ def kick_and_repair(
         segs[0] = 1 + draw(random, reach)
         segs[1] = segs[0] + 1 + draw(random, reach)
         segs[2] = segs[1] + 1 + draw(random, reach)
-        cost = double_bridge(
-            rule, xy, pairs, order, pos, spare, log, segs, queue, queued, state, base
-        )
+        cost = double_bridge(costs, order, pos, spare, log, segs, queue, queued, state, base)
         gain = -cost + settle(
-            rule, xy, pairs, near, dist, order, pos, spare, log, segs, free, queue, queued, state,
+            costs, near, dist, order, pos, spare, log, segs, free, queue, queued, state,
             np.int64(FOREVER),
         )  # fmt: skip
         if gain >= 0 or (heat > 0.0 and accepted(random, -gain, heat)):
@@ -93,9 +89,7 @@ def accepted(random: Any, loss: int, heat: float) -> bool:
 
 @inner
 def double_bridge(
-    rule: Any,
-    xy: Any,
-    pairs: Any,
+    costs: Any,
     order: Any,
     pos: Any,
     spare: Any,
@@ -120,10 +114,10 @@ def double_bridge(
         last = node_at(order, base, back, segs[2 * s + 1])
         before = node_at(order, base, back, segs[2 * s] - 1 if segs[2 * s] else n - 1)
         after = node_at(order, base, back, segs[2 * s + 2] if s < 3 else segs[0])
-        old = price(rule, xy, pairs, before, first)
+        old = price(costs, before, first)
         if old < 0:
             return np.int64(0)
-        cost += price(rule, xy, pairs, last, after) - old
+        cost += price(costs, last, after) - old
     for s in range(8):
         push(queue, queued, state, node_at(order, base, back, segs[s]))
     apply(order, pos, spare, log, base, back, segs, count)

@@ -118,7 +118,7 @@ def near_nodes(
     if ground.rule[MATRIX]:
         for v in range(real):
             row = np.argpartition(ground.xy[v], look - 1)[:look].astype(np.int32)
-            _pick(*ground.costs, v, row[None, :], near, dist, 0)
+            _pick(ground.costs, v, row[None, :], near, dist, 0)
         return near, dist
     from scipy.spatial import cKDTree
 
@@ -129,48 +129,46 @@ def near_nodes(
             break
         found = tree.query(where[low : low + CHUNK], look, p=p)[1]
         balance = width // 2 if width > 4 else 0
-        _pick(*ground.costs, low, found.astype(np.int32), near, dist, balance)
+        _pick(ground.costs, low, found.astype(np.int32), near, dist, balance)
     return near, dist
 
 
 @compiled
-def _pick(
-    rule: Any, xy: Any, pairs: Any, low: int, found: Any, near: Any, dist: Any, balance: int
-) -> None:
+def _pick(costs: Any, low: int, found: Any, near: Any, dist: Any, balance: int) -> None:
     """Fill the lists of the nodes from ``low`` on out of what was found around them.
 
     The last ``balance`` places go to quadrants that have nobody yet, as far as possible.
     """
     width, look = near.shape[1], found.shape[1]
-    costs = np.empty(look, np.int64)
+    cost = np.empty(look, np.int64)
     for i in range(found.shape[0]):
         v = np.int32(low + i)
         row = found[i]
         size = np.int64(0)
         for k in range(look):
             if row[k] != v:
-                costs[size], row[size] = price(rule, xy, pairs, v, row[k]), row[k]
+                cost[size], row[size] = price(costs, v, row[k]), row[k]
                 size += 1
-        _sort(costs, row, size)
+        _sort(cost, row, size)
         picked = min(size, width - balance)
         quadrants = np.int64(0)
         for k in range(picked):
-            quadrants |= _quadrant(xy, v, row[k])
+            quadrants |= _quadrant(costs[1], v, row[k])
         for wanted in range(2):  # first the empty quadrants, then simply the nearest
             for k in range(picked, size):
                 if picked == width:
                     break
-                side = _quadrant(xy, v, row[k])
+                side = _quadrant(costs[1], v, row[k])
                 if wanted == 1 or not quadrants & side:
                     quadrants |= side
-                    c, w = costs[k], row[k]
+                    c, w = cost[k], row[k]
                     for m in range(k, picked, -1):
-                        costs[m], row[m] = costs[m - 1], row[m - 1]
-                    costs[picked], row[picked] = c, w
+                        cost[m], row[m] = cost[m - 1], row[m - 1]
+                    cost[picked], row[picked] = c, w
                     picked += 1
-        _sort(costs, row, picked)
+        _sort(cost, row, picked)
         for k in range(picked):
-            near[v, k], dist[v, k] = row[k], costs[k]
+            near[v, k], dist[v, k] = row[k], cost[k]
 
 
 @inner

@@ -73,7 +73,7 @@ class Population:
         tour, other = (self.orders[a], self._places[a]), (self.orders[b], self._places[b])
         cycles = ab_cycles(*tour, *other, np.array([seed], np.uint64))
         costs, near = self.ground.costs, self.ground.near
-        gain = mate(*costs, near, *tour, *cycles, child, counts, len(self.costs))
+        gain = mate(costs, near, *tour, *cycles, child, counts, len(self.costs))
         if gain:
             places[child] = np.arange(child.size, dtype=np.int32)
         return int(gain)

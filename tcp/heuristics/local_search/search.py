@@ -109,9 +109,7 @@ def push_all(queue: Any, queued: Any, state: Any, nodes: Any) -> None:
 
 @compiled
 def settle(
-    rule: Any,
-    xy: Any,
-    pairs: Any,
+    costs: Any,
     near: Any,
     dist: Any,
     order: Any,
@@ -136,11 +134,11 @@ def settle(
             base = pos[t1] + (-1 if back else 1)
             base = n - 1 if base < 0 else 0 if base == n else base
             gain, count = three(
-                rule, xy, pairs, near, dist, order, pos, segs, free, state[CAP], t1, base, back
+                costs, near, dist, order, pos, segs, free, state[CAP], t1, base, back
             )
             if gain < 0:  # not closed yet: -gain is what the open path has gained
                 gain, count = deepen(
-                    rule, xy, pairs, near, dist, order, pos, segs, free, state[STEPS], count,
+                    costs, near, dist, order, pos, segs, free, state[STEPS], count,
                     -gain, t1, base, back,
                 )  # fmt: skip
             writes = effort(n, segs, count) if gain > 0 else FOREVER
@@ -169,9 +167,7 @@ def look_around(near: Any, free: Any, order: Any, pos: Any, t1: int) -> None:
 
 @inner
 def three(
-    rule: Any,
-    xy: Any,
-    pairs: Any,
+    costs: Any,
     near: Any,
     dist: Any,
     order: Any,
@@ -189,12 +185,12 @@ def three(
     minus the gain of the best open path (0: there is none).
     """
     n = order.size
-    virtual = rule[VIRTUAL]
+    virtual = costs[0][VIRTUAL]
     t2 = order[base]
     zero: Any = np.int64(0)  # a literal would compile :func:`write` once more
     best, best_kind, best_low, best_high = zero, zero, zero, zero
     open_, open_kind, open_low, open_high = zero, zero, zero, zero
-    g0 = price(rule, xy, pairs, t1, t2)
+    g0 = price(costs, t1, t2)
     if t2 == virtual:
         look_around(near, free, order, pos, t1)
     for k in range(near.shape[1]):
@@ -209,9 +205,9 @@ def three(
             if q == 1 and not behind:
                 continue
             d = node_at(order, base, back, q + 1 if behind else q - 1)
-            g2 = g1 + price(rule, xy, pairs, c, d)
+            g2 = g1 + price(costs, c, d)
             if not behind:
-                closed = g2 - price(rule, xy, pairs, d, t1)
+                closed = g2 - price(costs, d, t1)
                 if closed > best and min(q, n - q) <= cap:
                     best, best_kind, best_low, best_high = closed, XRZ, q, q
             if d == virtual:
@@ -238,13 +234,13 @@ def three(
                     else:
                         kind, low, high, first = YRXZ, q, qf, qf - 1
                     h = node_at(order, base, back, first)
-                    g4 = g3 + price(rule, xy, pairs, f, h)
+                    g4 = g3 + price(costs, f, h)
                     if g4 <= best and g4 <= open_:
                         continue
                     writes = n - max(low, high - low, n - high)
                     if writes > cap:
                         continue
-                    closed = g4 - price(rule, xy, pairs, h, t1)
+                    closed = g4 - price(costs, h, t1)
                     if closed > best:
                         best, best_kind, best_low, best_high = closed, kind, low, high
                     if g4 > open_:
@@ -277,9 +273,7 @@ def write(segs: Any, kind: int, low: int, high: int, n: int) -> int:
 
 @inner
 def deepen(
-    rule: Any,
-    xy: Any,
-    pairs: Any,
+    costs: Any,
     near: Any,
     dist: Any,
     order: Any,
@@ -297,7 +291,7 @@ def deepen(
 
     Returns that gain (0: it never did) and the number of segments.
     """
-    virtual = rule[VIRTUAL]
+    virtual = costs[0][VIRTUAL]
     zero: Any = np.int64(0)
     while count < steps:
         end = node_at(order, base, back, segs[0])
@@ -322,7 +316,7 @@ def deepen(
             if q == a:  # the edge that leads to c is new
                 continue
             d = node_at(order, base, back, q - 1 if a < b else q + 1)
-            g += price(rule, xy, pairs, d, c)
+            g += price(costs, d, c)
             if g > best and d != end:
                 best, at, within = g, q, s
         if at < 0:
@@ -330,7 +324,7 @@ def deepen(
         turn(segs, count, within, at)
         count += 1
         gain = best
-        closed = gain - price(rule, xy, pairs, node_at(order, base, back, segs[0]), t1)
+        closed = gain - price(costs, node_at(order, base, back, segs[0]), t1)
         if closed > 0:
             return closed, count
     return np.int64(0), count

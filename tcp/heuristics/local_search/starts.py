@@ -91,15 +91,15 @@ def _joints(g: Ground, loose: Ints, root: Small) -> tuple[Ints, Ints, Ints]:
         u, v = np.repeat(first, rest.size), np.tile(rest, first.size)
     else:
         u, v = u[apart], v[apart]
-    return u, v, _prices(*g.costs, u, v)
+    return u, v, _prices(g.costs, u, v)
 
 
 @compiled
-def _prices(rule: Any, xy: Any, pairs: Any, u: Any, v: Any) -> Any:
-    costs = np.empty(u.size, np.int64)
+def _prices(costs: Any, u: Any, v: Any) -> Any:
+    found = np.empty(u.size, np.int64)
     for k in range(u.size):
-        costs[k] = price(rule, xy, pairs, np.int32(u[k]), np.int32(v[k]))
-    return costs
+        found[k] = price(costs, np.int32(u[k]), np.int32(v[k]))
+    return found
 
 
 @inner

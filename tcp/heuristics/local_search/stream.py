@@ -30,13 +30,13 @@ class Stream:
         self.tour: Tour = new_tour(order)
         self.work: Work = new_work(order.size, ground.near.shape[1], cap=FAR)
         self.random = np.array([seed], np.uint64)
-        self.cost = int(length(*ground.costs, self.tour.order))
+        self.cost = int(length(ground.costs, self.tour.order))
         self.best, self.best_cost = self.tour.order.copy(), self.cost
 
     @property
     def _state(self) -> tuple[Any, ...]:
         """The arrays that every kernel takes."""
-        return (*self.ground.costs, self.ground.near, self.ground.dist, *self.tour, *self.work)
+        return (self.ground.costs, self.ground.near, self.ground.dist, *self.tour, *self.work)
 
     def descend(self, clock: Clock) -> None:
         """Improve until no exchange helps, looking at the nodes in tour order."""
