@@ -17,8 +17,8 @@ from click.testing import CliRunner
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tcp.boards.chain import Candidate, ToolOrder, any_order, in_order
-from tcp.boards.choose import linker, nearest
+from tcp.boards.bound import nearest
+from tcp.boards.chain import Candidate, ToolOrder, any_order, in_order, linker
 from tcp.boards.effort import Effort, as_it_stands
 from tcp.boards.machine import Machine, read_machine
 from tcp.boards.optimise import Wishes, optimise
@@ -85,6 +85,71 @@ UNITS = st.lists(
 )
 
 
+def cheapest(tools: list[list[list[tuple[int, int]]]], ends: list[tuple[int, int]]) -> int:
+    """Shortest way through all tools in order, links and all, by trying everything."""
+    ways = []
+    for units in tools:
+        ways.append([])
+        for order in itertools.permutations(units):
+            for turned in itertools.product([1, -1], repeat=len(units)):
+                ways[-1].append([p for u, t in zip(order, turned, strict=True) for p in u[::t]])
+    return min(length([*ends, *itertools.chain(*way), *ends]) for way in itertools.product(*ways))
+
+
+def text_of(units: list[list[tuple[int, int]]]) -> str:
+    lines = (
+        "".join(["X{}Y{}".format(*u[0]), *("G85X{}Y{}".format(*q) for q in u[1:])]) for u in units
+    )
+    return "\n".join([*lines, ""])
+
+
+FEW_UNITS = st.lists(
+    st.lists(st.tuples(st.integers(0, 30), st.integers(0, 30)), min_size=1, max_size=2),
+    min_size=1,
+    max_size=3,
+)
+
+
+@settings(max_examples=40, deadline=None)
+@given(st.lists(FEW_UNITS, min_size=2, max_size=3), st.booleans(), st.booleans())
+def test_paths_and_links_together_equal_brute_force(tools, stops, free):
+    """Not each path at its shortest, but the whole file; and the bound says so."""
+    body = "".join(f"T{t}\n{text_of(units)}" for t, units in enumerate(tools, 1))
+    point, ends = ((Fraction(0), Fraction(0)), [(0, 0)]) if stops else (None, [])
+    order = ToolOrder.OPTIMISE if free else ToolOrder.KEEP
+    wishes = replace(FAST, start=point, park=point, tool_order=order)
+    board = optimise(program_of(body), wishes)
+    orders = itertools.permutations(tools) if free else [tools]
+    assert board.costs_after.total == min(cheapest(list(one), ends) for one in orders)
+    assert board.bound == board.costs_after.total and board.ends_gain >= 0
+    for part, units in zip(board.parts, tools, strict=True):
+        assert part.proved and part.bound == shortest(units) <= part.after
+        assert part.saves >= part.after - part.bound and (part.saves > 0) >= (not part.optimal)
+    again = optimise(board.after, wishes)
+    assert not again.changed and again.data == board.data
+
+
+def test_larger_tools_end_where_the_next_one_begins():
+    """Two neighbouring grids of 24 holes: their shortest paths end anywhere."""
+    rng = np.random.default_rng(8)
+    body = "".join(
+        f"T{t}\n"
+        + "".join(f"X{x + 900 * t}Y{y}\n" for x, y in rng.integers(0, 900, (24, 2)).tolist())
+        for t in (1, 2, 3)
+    )
+    normal = Wishes(time_limit=10)
+    for wishes in (FAST, normal):
+        board = optimise(program_of(body), wishes)
+        assert board.bound < board.costs_after.total and board.ends_gain > 0
+        plain = sum(s.answer.cost for p in board.parts for s in p.solved)
+        longer = sum(part.after for part in board.parts) - plain
+        assert longer > 0 and sum(part.saves for part in board.parts) >= longer
+        assert all(part.proved for part in board.parts) or wishes is FAST
+        again = optimise(board.after, wishes)
+        assert again.costs_after.total <= board.costs_after.total
+    assert board.costs_after.total - board.bound <= board.costs_after.links
+
+
 @settings(max_examples=25, deadline=None)
 @given(UNITS, UNITS, st.sampled_from(["keep", "ends"]))
 def test_small_boards_are_proved_and_equal_brute_force(first, second, stops):
@@ -100,7 +165,7 @@ def test_small_boards_are_proved_and_equal_brute_force(first, second, stops):
     assert board.proved
     assert board.costs_after.total <= board.costs_before.total
     for part, units in zip(board.parts, (first, second), strict=True):
-        assert part.bound == shortest(units) <= part.after <= part.before
+        assert part.bound == shortest(units) <= min(part.after, part.before)
     total = board.costs_after.total
     assert board.bound <= total
     again = optimise(board.after, Wishes(effort=Effort.FAST, start=point, park=point))
@@ -347,10 +412,13 @@ def test_chains_equal_brute_force(parts, stops):
             for picks in itertools.product(*(range(len(parts[i])) for i in order))
         )
 
-    kept = in_order(parts, link, start, park)
+    def links(p, q):
+        return np.array([[link(a, b) for b in q.tolist()] for a in p.tolist()], dtype=np.int64)
+
+    kept = in_order(parts, links, start, park)
     assert kept.cost == best([tuple(numbers)])
     assert [i for i, _ in kept.steps] == list(numbers)
-    free = any_order(parts, link, start, park)
+    free = any_order(parts, links, start, park)
     assert free.cost == best(itertools.permutations(numbers)) <= kept.cost
     assert cost(*zip(*free.steps, strict=True)) == free.cost
 
@@ -359,8 +427,7 @@ def test_links_are_bounded_from_below():
     rule = Travel(Model.SIMULTANEOUS).rule(Fraction(1), (100, 100), 10)
     rng = np.random.default_rng(0)
     p, q = rng.integers(0, 50, (2, 30)), rng.integers(40, 90, (2, 20))
-    link = linker(rule)
-    least = min(link(a, b) for a in zip(*p.tolist()) for b in zip(*q.tolist()))  # noqa: B905
+    least = linker(rule)(p.T, q.T).min()
     assert nearest(rule, (p[0], p[1]), (q[0], q[1])) == least
     wide = (np.repeat(p[0], 2000), np.repeat(p[1], 2000)), (np.tile(q[0], 90), np.tile(q[1], 90))
     assert nearest(rule, *wide) <= least
@@ -467,7 +534,10 @@ def test_check_and_dry_run_write_nothing(board):
 
 
 def test_check_tells_both_ends_where_there_is_a_gap(board):
-    done = run(board, "--check", "--start", "0.45,0")
+    holes = np.random.default_rng(1).integers(0, 999, (30, 2)).tolist()
+    lines = "".join(f"X{x}Y{y}\n" for x, y in holes)
+    board.write_bytes(HEAD + f"T1\n{lines}M30\n".encode())
+    done = run(board, "--check", "--start", "0.45,0.5")
     assert done.exit_code == 1
     found = re.search(r"travels ([\d.]+) to ([\d.]+) times what is needed: ([\d.]+)", done.stdout)
     assert found and 1 < float(found[1]) < float(found[2])

@@ -1,18 +1,27 @@
-"""What a tool's path takes at least, given what stays in place."""
+"""What a tool's path, and the whole file, takes at least, given what stays in place."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from itertools import pairwise
+
 import numpy as np
 
-from tcp.boards.choose import Solved
-from tcp.boards.trail import Trail
+from tcp.boards.chain import Candidate, Stops, ToolOrder, linker
+from tcp.boards.choose import Solved, part_rows, rank_of
+from tcp.boards.trail import Trail, follow
 from tcp.bounds.one_tree import one_tree_bound
 from tcp.files.excellon import Program
+from tcp.files.excellon.document import Ints
+from tcp.files.excellon.program import Place
 from tcp.instance import Instance
 from tcp.solve import sharpen
 from tcp.stop import Clock, Stop
 from tcp.travel import CostRule, Travel
 from tcp.workpiece import Workpiece
+
+PAIRS = 4_000_000
+"""Most pairs of places that are looked at to bound the link between two tools."""
 
 
 def path_bound(
@@ -59,3 +68,101 @@ def loose_bound(
     found = one_tree_bound(instance, clock=Clock(Stop(seconds))).value
     worth = (sharpen(instance, found) or 0) * instance.quantum
     return int(worth / rule.quantum)
+
+
+def least_chain(
+    program: Program,
+    rule: CostRule,
+    stops: Stops,
+    tool_order: ToolOrder,
+    bounds: Mapping[int, int],
+    small: Mapping[int, list[Candidate]],
+) -> int:
+    """What any chain of the selections takes at least, links included.
+
+    Parameters
+    ----------
+    program, rule, stops : Program, CostRule, Stops
+        The board, its costs, start and park position.
+    tool_order : ToolOrder
+        Where tools may change places, paths and links are bounded one by one.
+    bounds : mapping
+        What the path of each selection takes at least, whatever its ends.
+    small : mapping
+        All paths of a selection that may be best, by its number; others may
+        begin and end at any of their places.
+    """
+    if tool_order is ToolOrder.OPTIMISE:
+        return sum(bounds.values()) + least_links(program, rule, stops, tool_order)
+    trail, link = follow(program), linker(rule)
+    numbers = [number for number, _ in part_rows(program)]
+    if tool_order is ToolOrder.ASCENDING:
+        numbers.sort(key=lambda number: rank_of(program, number))
+
+    def places(*found: Place | None) -> Ints:
+        return np.array([p for p in found if p is not None], dtype=np.int64).reshape(-1, 2)
+
+    at, cost = places(stops[0]), np.zeros(1, dtype=np.int64)
+    for number in numbers:
+        ways = small.get(number, [])
+        if ways and len(at) * len(ways) <= PAIRS:
+            moves = link(at, places(*(w.entry for w in ways))) if len(at) else 0
+            cost = (cost[:, None] + moves).min(axis=0) + np.array([w.cost for w in ways])
+            at = places(*(w.exit for w in ways))
+            continue
+        there = np.unique(np.stack([trail.x, trail.y])[:, trail.part == number], axis=1).T
+        cost = np.array([_onward(rule, at, cost, there) + bounds[number]])
+        at = there
+    return _onward(rule, at, cost, places(stops[1]))
+
+
+def _onward(rule: CostRule, at: Ints, cost: Ints, there: Ints) -> int:
+    """The least cost of being at one of some places and moving to one of others; 0 to none."""
+    if not len(at) or not len(there):
+        return int(cost.min())
+    if len(cost) == 1 or len(at) * len(there) > PAIRS:
+        return int(cost.min()) + nearest(rule, (at[:, 0], at[:, 1]), (there[:, 0], there[:, 1]))
+    reached: Ints = cost[:, None] + linker(rule)(at, there)
+    return int(reached.min())
+
+
+def least_links(
+    program: Program, rule: CostRule, stops: Stops, tool_order: ToolOrder = ToolOrder.KEEP
+) -> int:
+    """What the moves between selections, from the start and to the park take at least.
+
+    With the order of tools kept, the nearest places of each and the next; with
+    the order free, a shortest spanning tree: any chain is one.
+    """
+    trail = follow(program)
+    numbers = [number for number, _ in part_rows(program)]
+    if tool_order is ToolOrder.ASCENDING:
+        numbers.sort(key=lambda number: rank_of(program, number))
+    sets = [(trail.x[trail.part == n], trail.y[trail.part == n]) for n in numbers]
+    for point, at in ((stops[0], 0), (stops[1], len(sets) + 1)):
+        if point is not None:
+            sets.insert(at, (np.array([point[0]]), np.array([point[1]])))
+    if tool_order is not ToolOrder.OPTIMISE:
+        return sum(nearest(rule, p, q) for p, q in pairwise(sets))
+    far = [[nearest(rule, p, q) for q in sets] for p in sets]
+    total, outside = 0, {i: far[0][i] for i in range(1, len(sets))}
+    while outside:
+        best = min(outside, key=lambda i: outside[i])
+        total += outside.pop(best)
+        outside = {i: min(d, far[best][i]) for i, d in outside.items()}
+    return total
+
+
+def nearest(rule: CostRule, p: tuple[Ints, Ints], q: tuple[Ints, Ints]) -> int:
+    """A lower bound on the cost of a move from one set of places to another; exact if small."""
+    if len(p[0]) * len(q[0]) > PAIRS:
+        gaps = [
+            np.array([max(0, int(a.min() - b.max()), int(b.min() - a.max()))])
+            for a, b in zip(p, q, strict=True)
+        ]
+        return int(rule.costs(*gaps)[0])
+    return int(
+        rule.costs(
+            np.subtract.outer(p[0], q[0]).ravel(), np.subtract.outer(p[1], q[1]).ravel()
+        ).min()
+    )

@@ -1,10 +1,10 @@
-"""Puts the tools' paths one behind the other: which way round each, and in which order.
+"""Puts the tools' paths one behind the other: which way to work each, and in which order.
 
-Each tool brings a few candidate paths (the shortest one from either end, and
-the file's own).  With the order of tools kept, the best choice is a dynamic
-programme along the chain; with the order free it runs over subsets of tools.
-Above :data:`MOST` tools the chain is an instance of its own: two nodes a tool
-that must follow each other.
+Each tool brings candidate paths with their two ends; a small one a shortest
+path between every two ends.  With the order of tools kept, the best choice is
+a dynamic programme along the chain; with the order free it runs over subsets
+of tools.  Above :data:`MOST` tools the order comes from an instance of its own:
+two nodes a tool that must follow each other.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from tcp.files.excellon.program import Place
 from tcp.instance import Ends, Instance, Rules
 from tcp.solve import solve
 from tcp.stop import Stop
-from tcp.travel import CostRule, Model, Travel
+from tcp.travel import CostRule, Ints, Model, Travel
 from tcp.workpiece import Workpiece
 
 MOST = 12
@@ -52,8 +52,11 @@ class ToolOrder(StrEnum):
 Stops = tuple[Place | None, Place | None]
 """Where the machine stands before, and where it goes to afterwards; None is anywhere."""
 
-Link = Callable[[Place | None, Place | None], int]
-"""Cost of the move between two places; None is anywhere, at no cost."""
+Link = Callable[[Ints, Ints], Ints]
+"""Costs of the moves from each of some places, (n, 2), to each of others, (m, 2): (n, m)."""
+
+FAR = 2**62
+"""More than any chain takes."""
 
 
 @dataclass(frozen=True)
@@ -77,8 +80,7 @@ def arrange(
     Parameters
     ----------
     parts : sequence of candidates
-        The ways to work each selection; with two or more of them the second
-        and third are one path either way round.
+        The ways to work each selection, the second of them a shortest path.
     rank : sequence
         What ``ascending`` sorts by.
     tool_order : ToolOrder
@@ -88,13 +90,10 @@ def arrange(
     stops : pair of places or None
         Start and park position.
     """
-
-    def link(p: Place | None, q: Place | None) -> int:
-        if p is None or q is None:
-            return 0
-        return int(rule.costs(np.array([p[0] - q[0]]), np.array([p[1] - q[1]]))[0])
-
+    link = linker(rule)
     kept = in_order(parts, link, *stops)
+    if tool_order is ToolOrder.KEEP:
+        return kept
     if tool_order is ToolOrder.ASCENDING:
         order = sorted(range(len(parts)), key=lambda i: rank[i])
         return _sorted(parts, order, link, stops)
@@ -116,7 +115,7 @@ def _many(
     parts: Sequence[Sequence[Candidate]], step: Fraction, stops: Stops, rule: CostRule
 ) -> list[int]:
     """An order of many parts, from the instance whose nodes are their ends."""
-    ends = [(c[-1].entry, c[-1].exit) for c in parts]
+    ends = [(c[min(1, len(c) - 1)].entry, c[min(1, len(c) - 1)].exit) for c in parts]
     places = [place for pair in ends for place in pair]
     owner = [i for i in range(len(parts)) for _ in range(2)]
     start = end = None
@@ -136,6 +135,15 @@ def _many(
     return list(dict.fromkeys(owner[node] for node in route if node < len(owner)))
 
 
+def linker(rule: CostRule) -> Link:
+    """Costs of moves between places, by a rule."""
+
+    def link(p: Ints, q: Ints) -> Ints:
+        return rule.costs(np.subtract.outer(p[:, 0], q[:, 0]), np.subtract.outer(p[:, 1], q[:, 1]))
+
+    return link
+
+
 def in_order(
     parts: Sequence[Sequence[Candidate]],
     link: Link,
@@ -143,22 +151,20 @@ def in_order(
     park: Place | None = None,
 ) -> Chain:
     """The best candidate of each part, the parts in the order given."""
-    table: list[Chain] = []
-    for i, candidates in enumerate(parts):
-        table = [
-            min(
-                (
-                    Chain(
-                        before.cost + link(_exit(parts, before, start), c.entry) + c.cost,
-                        (*before.steps, (i, k)),
-                    )
-                    for before in (table or [Chain(0, ())])
-                ),
-                key=lambda chain: chain.cost,
-            )
-            for k, c in enumerate(candidates)
-        ]
-    return _closed(parts, table, link, start, park)
+    total = np.zeros(1, dtype=np.int64)
+    places, before = _at([start]), []
+    for candidates in parts:
+        reached = total[:, None] + _moves(link, places, _at([c.entry for c in candidates]))
+        before.append(reached.argmin(axis=0))
+        total = reached.min(axis=0) + np.array([c.cost for c in candidates], dtype=np.int64)
+        places = _at([c.exit for c in candidates])
+    total = total + _moves(link, places, _at([park]))[:, 0]
+    k = int(total.argmin())
+    cost, steps = int(total[k]), []
+    for i in reversed(range(len(parts))):
+        steps.append((i, k))
+        k = int(before[i][k])
+    return Chain(cost, tuple(reversed(steps)))
 
 
 def any_order(
@@ -167,46 +173,67 @@ def any_order(
     start: Place | None = None,
     park: Place | None = None,
 ) -> Chain:
-    """The best candidate of each part and the best order of parts; at most :data:`MOST` parts."""
+    """The best candidate of each part and the best order of parts; at most :data:`MOST` parts.
+
+    Held and Karp's dynamic programme over subsets of parts and the last exit:
+    from there to every entry, and through the next part to its exits.
+    """
     assert len(parts) <= MOST
-    ends = [(i, k) for i, candidates in enumerate(parts) for k in range(len(candidates))]
-    entry = {e: parts[e[0]][e[1]] for e in ends}
-    links = {
-        (e, f): link(entry[e].exit, entry[f].entry) for e in ends for f in ends if e[0] != f[0]
-    }
-    layer = {(1 << e[0], e): Chain(link(start, entry[e].entry) + entry[e].cost, (e,)) for e in ends}
-    for _ in range(len(parts) - 1):
-        following: dict[tuple[int, tuple[int, int]], Chain] = {}
-        for (used, e), chain in layer.items():
-            for f in ends:
-                if used >> f[0] & 1:
-                    continue
-                cost = chain.cost + links[e, f] + entry[f].cost
-                key = (used | 1 << f[0], f)
-                if key not in following or cost < following[key].cost:
-                    following[key] = Chain(cost, (*chain.steps, f))
-        layer = following
-    return _closed(parts, list(layer.values()), link, start, park)
+    doors = [_Doors(candidates) for candidates in parts]
+    if not doors:
+        return in_order(parts, link, start, park)
+    entry = np.cumsum([0, *(len(d.entries) for d in doors)])
+    leave = np.cumsum([0, *(len(d.exits) for d in doors)])
+    exits = np.concatenate([d.exits for d in doors])
+    moves = link(exits, np.concatenate([d.entries for d in doors]))
+    begin: list[Ints] = [_moves(link, _at([start]), d.entries)[0] for d in doors]
+    best = np.full((1 << len(doors), leave[-1]), FAR, dtype=np.int64)
+
+    def arrive(used: int, j: int) -> Ints:
+        """Cost up to each entry of part ``j`` once the parts ``used`` are worked."""
+        reached: Ints = best[used][:, None] + moves[:, entry[j] : entry[j + 1]]
+        return reached.min(axis=0) if used else begin[j]
+
+    for used in range((1 << len(doors)) - 1):
+        for j, door in enumerate(doors):
+            if not used >> j & 1:
+                through = (arrive(used, j)[:, None] + door.cost).min(axis=0)
+                best[used | 1 << j, leave[j] : leave[j + 1]] = through
+    used = (1 << len(doors)) - 1
+    ended = best[used] + _moves(link, exits, _at([park]))[:, 0]
+    x, steps = int(ended.argmin()), []
+    cost = int(ended[x])
+    while used:
+        j = int(np.searchsorted(leave, x, side="right")) - 1
+        used ^= 1 << j
+        e = int((arrive(used, j) + doors[j].cost[:, x - leave[j]]).argmin())
+        steps.append((j, int(doors[j].pick[e, x - leave[j]])))
+        x = int((best[used] + moves[:, entry[j] + e]).argmin())
+    return Chain(cost, tuple(reversed(steps)))
 
 
-def _exit(parts: Sequence[Sequence[Candidate]], chain: Chain, start: Place | None) -> Place | None:
-    if not chain.steps:
-        return start
-    part, k = chain.steps[-1]
-    return parts[part][k].exit
+class _Doors:
+    """A part by its ends: the cheapest candidate from every entry to every exit."""
+
+    def __init__(self, candidates: Sequence[Candidate]):
+        entries = {place: k for k, place in enumerate(dict.fromkeys(c.entry for c in candidates))}
+        exits = {place: k for k, place in enumerate(dict.fromkeys(c.exit for c in candidates))}
+        self.entries, self.exits = _at([*entries]), _at([*exits])
+        self.cost = np.full((len(entries), len(exits)), FAR // 2, dtype=np.int64)
+        self.pick = np.zeros((len(entries), len(exits)), dtype=np.int64)
+        for k, c in enumerate(candidates):
+            at = entries[c.entry], exits[c.exit]
+            if c.cost < self.cost[at]:
+                self.cost[at], self.pick[at] = c.cost, k
 
 
-def _closed(
-    parts: Sequence[Sequence[Candidate]],
-    table: list[Chain],
-    link: Link,
-    start: Place | None,
-    park: Place | None,
-) -> Chain:
-    """The best chain once the way to the park position is added."""
-    if not parts:
-        return Chain(link(start, park) if start and park else 0, ())
-    ended = [
-        Chain(c.cost + (link(_exit(parts, c, start), park) if park else 0), c.steps) for c in table
-    ]
-    return min(ended, key=lambda chain: chain.cost)
+def _at(places: Sequence[Place | None]) -> Ints:
+    """Places as rows; none at all for None, which is anywhere."""
+    return np.array([p for p in places if p is not None], dtype=np.int64).reshape(-1, 2)
+
+
+def _moves(link: Link, p: Ints, q: Ints) -> Ints:
+    """Costs of moves; nothing from or to a place that may be anywhere."""
+    if len(p) and len(q):
+        return link(p, q)
+    return np.zeros((max(len(p), 1), max(len(q), 1)), dtype=np.int64)

@@ -1,26 +1,26 @@
-"""From solved stretches to one order of the whole board: each tool's path, and which way round."""
+"""From solved stretches to one order of the whole board: which path each tool takes."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
 from fractions import Fraction
-from itertools import pairwise
 
 import numpy as np
 
-from tcp.boards.chain import Candidate, Link, Stops, ToolOrder, arrange, in_order
+from tcp.boards.chain import MOST, Candidate, Chain, Stops, ToolOrder, arrange, in_order, linker
 from tcp.boards.effort import Answer
+from tcp.boards.ends import Units, all_ends, few, joined, turned
 from tcp.boards.stretch import Stretch
 from tcp.boards.trail import Costs, Trail, follow, measure
-from tcp.files.excellon import Program
+from tcp.files.excellon import Mark, Program
 from tcp.files.excellon.document import Ints
 from tcp.files.excellon.program import Columns, Place, Repeat
 from tcp.files.excellon.rewrite import Order
 from tcp.travel import CostRule
 
-PAIRS = 4_000_000
-"""Most pairs of places that are looked at to bound the link between two tools."""
+ROUNDS = 5
+"""Most times that the paths of larger tools are fitted to their neighbours."""
 
 Orders = dict[int, Order]
 
@@ -48,12 +48,35 @@ class Choice:
         The selections that do any work, in the order they are to be worked.
     gain : int
         What another order of tools saves against the file's own.
+    ends_gain : int
+        What is saved by paths whose ends were chosen with the next tool in view.
+    saves : mapping
+        What is saved between the tools by each path that is longer than need be.
+    least : int or None
+        The chain's cost, where no order of the file's units can have a lower one.
+    small : mapping
+        Every path that may be best, of the selections for which all of them are known.
     """
 
     orders: Orders
     shortest: Costs
     sequence: tuple[int, ...]
     gain: int
+    ends_gain: int = 0
+    saves: Mapping[int, int] = field(default_factory=dict)
+    least: int | None = None
+    small: Mapping[int, list[Candidate]] = field(default_factory=dict)
+
+
+Fit = Callable[[Solved, Units, Order, Place | None, Place | None], Order]
+"""Fits a path to the places that the machine comes from and goes to."""
+
+
+def fit(
+    solved: Solved, units: Units, order: Order, before: Place | None, after: Place | None
+) -> Order:
+    """Reverse its beginning and its end where that helps."""
+    return turned(units, order, before, after)
 
 
 def choose(
@@ -62,37 +85,110 @@ def choose(
     solved: list[Solved],
     stops: Stops,
     tool_order: ToolOrder = ToolOrder.KEEP,
+    fit: Fit = fit,
 ) -> Choice:
-    """The best way to work each selection: the new path, that path reversed, or the old.
+    """The best way to work each selection, its path and the ways between the tools together.
 
-    Ties go to the file's own order, then to the new path as the solver gave it.
+    Candidates are the file's own order, the new path and that path reversed; a
+    small tool's shortest path between every two ends; and paths of larger tools
+    that are fitted to the places where their neighbours end and begin.  Ties go to
+    the file's own order, then to the new path as the solver gave it.
     """
     parts = part_rows(program)
-    mine = {n: [s for s in solved if a <= s.stretch.first < b] for n, (a, b) in parts}
+    mine = [[s for s in solved if a <= s.stretch.first < b] for _, (a, b) in parts]
     forth = whole_orders(program, [(s, s.order) for s in solved])
-    back = dict(forth)
-    for number, rows in parts:
-        if _reversible(mine[number], rows):
-            only = mine[number][0]
-            back[only.stretch.first] = only.stretch.backwards(only.order)
-    versions: list[Orders] = [{}, forth, back]
-    candidates = _candidates(program, rule, versions)
-    ways = [candidates[number] for number, _ in parts]
-    kept = in_order(ways, linker(rule), *stops)
-    chain = kept
-    if tool_order is not ToolOrder.KEEP:
-        rank = [_rank(program, number) for number, _ in parts]
-        chain = arrange(ways, rank, tool_order, rule, program.step, stops)
+    plain = _candidates(program, rule, forth, mine)
+    units = {
+        at: Units.of(mine[at][0].stretch, rule, plain[at][0].cost)
+        for at, (_, rows) in enumerate(parts)
+        if _alone(mine[at], rows) and not any(s.answer.interrupted for s in solved)
+    }
+    small = {at: all_ends(u) for at, u in units.items() if few(u.stretch)}
+    small |= {at: plain[at][:1] for at, (_, rows) in enumerate(parts) if _settled(program, *rows)}
+    ways = [[*found, *small.get(at, [])] for at, found in enumerate(plain)]
+    rank = [rank_of(program, number) for number, _ in parts]
+
+    def best(ways: list[list[Candidate]]) -> Chain:
+        return arrange(ways, rank, tool_order, rule, program.step, stops)
+
+    large = {at: (mine[at][0], u) for at, u in units.items() if at not in small}
+    chain = _fitted(ways, large, best, stops, fit)
+    as_it_is = best([found[:1] for found in plain])
+    if as_it_is.cost <= chain.cost:
+        chain = as_it_is
     orders: Orders = {}
     for at, k in chain.steps:
-        a, b = parts[at][1]
-        orders |= {first: order for first, order in versions[k].items() if a <= first < b}
-    sequence = tuple(parts[at][0] for at, _ in chain.steps)
-    shortest = measure(permuted(program, forth), rule)
-    return Choice(orders, shortest, sequence, kept.cost - chain.cost)
+        orders |= ways[at][k].choice()
+    everything = len(small) == len(parts) and (
+        tool_order is not ToolOrder.OPTIMISE or len(parts) <= MOST
+    )
+    return Choice(
+        orders,
+        measure(permuted(program, forth), rule),
+        tuple(parts[at][0] for at, _ in chain.steps),
+        in_order(ways, linker(rule), *stops).cost - chain.cost,
+        best(plain).cost - chain.cost,
+        {parts[at][0]: saved for at, saved in _detours(ways, chain, rule, stops).items()},
+        chain.cost if everything else None,
+        {parts[at][0]: found for at, found in small.items()},
+    )
 
 
-def _rank(program: Program, number: int) -> tuple[Fraction, int]:
+def _fitted(
+    ways: list[list[Candidate]],
+    large: Mapping[int, tuple[Solved, Units]],
+    best: Callable[[list[list[Candidate]]], Chain],
+    stops: Stops,
+    fit: Fit,
+) -> Chain:
+    """The best chain, after paths of large parts were added that fit the chains before it."""
+    chain = best(ways)
+    for _ in range(ROUNDS):
+        for at, order, before, after in _between(ways, chain, stops):
+            if at in large and not large[at][1].stretch.directed().any():
+                solved, units = large[at]
+                order = order or units.stretch.as_is()
+                ways[at] += units.both_ways(fit(solved, units, order, before, after))
+        again = best(ways)
+        if again.cost >= chain.cost:
+            break
+        chain = again
+    return chain
+
+
+def _between(
+    ways: list[list[Candidate]], chain: Chain, stops: Stops
+) -> list[tuple[int, Order | None, Place | None, Place | None]]:
+    """Each part of a chain with its order (None: the file's), and the places around it."""
+    picked = [ways[at][k] for at, k in chain.steps]
+    before = [stops[0], *(c.exit for c in picked[:-1])]
+    after = [*(c.entry for c in picked[1:]), stops[1]]
+    return [
+        (at, next(iter(c.choice().values()), None), p, q)
+        for (at, _), c, p, q in zip(chain.steps, picked, before, after, strict=True)
+    ]
+
+
+def _detours(
+    ways: list[list[Candidate]], chain: Chain, rule: CostRule, stops: Stops
+) -> dict[int, int]:
+    """What each path that is longer than its part's shortest saves between the parts.
+
+    It is compared with the best chain in the same order of parts in which that
+    part alone must take a shortest path.
+    """
+    found = {}
+    for place, (at, k) in enumerate(chain.steps):
+        least = min(c.cost for c in ways[at])
+        longer = ways[at][k].cost - least
+        if longer:
+            others = [ways[i] for i, _ in chain.steps]
+            others[place] = [c for c in ways[at] if c.cost == least]
+            found[at] = in_order(others, linker(rule), *stops).cost - chain.cost + longer
+    return found
+
+
+def rank_of(program: Program, number: int) -> tuple[Fraction, int]:
     """By diameter, then by number."""
     tool = program.tools[program.selections[number].tool]
     return tool.diameter or Fraction(0), tool.number
@@ -105,27 +201,39 @@ def part_rows(program: Program) -> list[tuple[int, tuple[int, int]]]:
     return [(i, (a, bounds[i + 1])) for i, a in enumerate(firsts) if bounds[i + 1] > a]
 
 
-def _reversible(mine: list[Solved], rows: tuple[int, int]) -> bool:
-    """Whether one stretch without fixed ends or directed units is all that a selection does."""
-    if len(mine) != 1 or (mine[0].stretch.first, mine[0].stretch.last) != rows:
-        return False
-    return not mine[0].stretch.directed().any()
+def _settled(program: Program, a: int, b: int) -> bool:
+    """Whether there is nothing but one unit that can be worked in one way only."""
+    rows = program.rows
+    slot = rows.x1[a] != rows.x2[a] or rows.y1[a] != rows.y2[a]
+    free = slot and bool(rows.mark[a] & Mark.FREE)
+    return b - a == 1 and a not in program.weights and not free
+
+
+def _alone(mine: list[Solved], rows: tuple[int, int]) -> bool:
+    """Whether one stretch without fixed ends is all that a selection does."""
+    return len(mine) == 1 and (mine[0].stretch.first, mine[0].stretch.last) == rows
 
 
 def _candidates(
-    program: Program, rule: CostRule, versions: list[Orders]
-) -> dict[int, list[Candidate]]:
-    """For each selection its path in every version of the board."""
-    found: dict[int, list[Candidate]] = {}
-    for orders in versions:
+    program: Program, rule: CostRule, forth: Orders, mine: list[list[Solved]]
+) -> list[list[Candidate]]:
+    """For each selection the file's path, the new one, and the new one backwards if it may be."""
+    back, parts, none = dict(forth), part_rows(program), Orders()
+    for solved, (_, rows) in zip(mine, parts, strict=True):
+        if _alone(solved, rows) and not solved[0].stretch.directed().any():
+            only = solved[0]
+            back[only.stretch.first] = only.stretch.backwards(only.order)
+    found: dict[int, list[Candidate]] = {number: [] for number, _ in parts}
+    for orders in (none, forth, back):
         version = permuted(program, orders)
         costs, trail = measure(version, rule), follow(version)
         for number, first, last in _spans(trail):
+            a, b = dict(parts)[number]
+            own = {at: order for at, order in orders.items() if a <= at < b}
             entry = int(trail.x[first]), int(trail.y[first])
             leave = int(trail.x[last]), int(trail.y[last])
-            candidate = Candidate(costs.parts[number], entry, leave)
-            found.setdefault(number, []).append(candidate)
-    return found
+            found[number].append(Candidate(costs.parts[number], entry, leave, own.copy))
+    return list(found.values())
 
 
 def _spans(trail: Trail) -> list[tuple[int, int, int]]:
@@ -136,17 +244,6 @@ def _spans(trail: Trail) -> list[tuple[int, int, int]]:
     return [(int(trail.part[a]), a, b) for a, b in zip(firsts, lasts, strict=True)]
 
 
-def linker(rule: CostRule) -> Link:
-    """Cost of the move between two places; nothing where one of them is open."""
-
-    def link(p: Place | None, q: Place | None) -> int:
-        if p is None or q is None:
-            return 0
-        return int(rule.costs(np.array([p[0] - q[0]]), np.array([p[1] - q[1]]))[0])
-
-    return link
-
-
 def whole_orders(program: Program, pieces: list[tuple[Solved, Order]]) -> Orders:
     """Orders of whole stretches, where some of their first units are locked."""
     orders: Orders = {}
@@ -154,14 +251,8 @@ def whole_orders(program: Program, pieces: list[tuple[Solved, Order]]) -> Orders
     for a, b in program.stretches():
         inside = next((first for first in given if a <= first < b), None)
         if inside is not None:
-            orders[a] = _joined(Order.as_is(a, inside), given[inside])
+            orders[a] = joined(Order.as_is(a, inside), given[inside])
     return orders
-
-
-def _joined(one: Order, other: Order) -> Order:
-    return Order(
-        np.concatenate([one.rows, other.rows]), np.concatenate([one.reverse, other.reverse])
-    )
 
 
 def permuted(program: Program, orders: Mapping[int, Order]) -> Program:
@@ -208,45 +299,3 @@ def permuted(program: Program, orders: Mapping[int, Order]) -> Program:
 
 def _turned(repeats: tuple[Repeat, ...]) -> tuple[Repeat, ...]:
     return tuple(Repeat(r.count, -r.dx, -r.dy, r.line) for r in reversed(repeats))
-
-
-def least_links(
-    program: Program, rule: CostRule, stops: Stops, tool_order: ToolOrder = ToolOrder.KEEP
-) -> int:
-    """What the moves between selections, from the start and to the park take at least.
-
-    With the order of tools kept, the nearest places of each and the next; with
-    the order free, a shortest spanning tree: any chain is one.
-    """
-    trail = follow(program)
-    numbers = [number for number, _ in part_rows(program)]
-    if tool_order is ToolOrder.ASCENDING:
-        numbers.sort(key=lambda number: _rank(program, number))
-    sets = [(trail.x[trail.part == n], trail.y[trail.part == n]) for n in numbers]
-    for point, at in ((stops[0], 0), (stops[1], len(sets) + 1)):
-        if point is not None:
-            sets.insert(at, (np.array([point[0]]), np.array([point[1]])))
-    if tool_order is not ToolOrder.OPTIMISE:
-        return sum(nearest(rule, p, q) for p, q in pairwise(sets))
-    far = [[nearest(rule, p, q) for q in sets] for p in sets]
-    total, outside = 0, {i: far[0][i] for i in range(1, len(sets))}
-    while outside:
-        best = min(outside, key=lambda i: outside[i])
-        total += outside.pop(best)
-        outside = {i: min(d, far[best][i]) for i, d in outside.items()}
-    return total
-
-
-def nearest(rule: CostRule, p: tuple[Ints, Ints], q: tuple[Ints, Ints]) -> int:
-    """A lower bound on the cost of a move from one set of places to another; exact if small."""
-    if len(p[0]) * len(q[0]) > PAIRS:
-        gaps = [
-            np.array([max(0, int(a.min() - b.max()), int(b.min() - a.max()))])
-            for a, b in zip(p, q, strict=True)
-        ]
-        return int(rule.costs(*gaps)[0])
-    return int(
-        rule.costs(
-            np.subtract.outer(p[0], q[0]).ravel(), np.subtract.outer(p[1], q[1]).ravel()
-        ).min()
-    )

@@ -11,11 +11,12 @@ from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from pathlib import Path
 
-from tcp.boards.bound import loose_bound, path_bound
+from tcp.boards.bound import least_chain, loose_bound, path_bound
 from tcp.boards.chain import Stops, ToolOrder
-from tcp.boards.choose import Solved, choose, least_links, part_rows
+from tcp.boards.choose import Choice, Fit, Solved, choose, part_rows
 from tcp.boards.directed import FEW, legal, shortest
 from tcp.boards.effort import BOUND_SHARE, LIMITS, Answer, Effort, answer, as_it_stands
+from tcp.boards.ends import Units, tied, turned
 from tcp.boards.machine import Machine
 from tcp.boards.stretch import Stretch, anchored, free_runs
 from tcp.boards.trail import Costs, Point, follow, measure, on_grid, rule_for
@@ -26,10 +27,14 @@ from tcp.files.excellon import Program
 from tcp.files.excellon.blocks import folded
 from tcp.files.excellon.guard import LostError
 from tcp.files.excellon.program import Place
+from tcp.files.excellon.rewrite import Order
 from tcp.files.excellon.settings import Hints
 from tcp.instance import Instance
 from tcp.result import Progress, Proof
 from tcp.travel import CostRule
+
+FIT_LEAST, FIT_SHARE = 0.5, 3.0
+"""Seconds for fitting a path to its neighbours: at least, and times what the path took."""
 
 News = Callable[[str, Instance, Progress], None]
 """Hears how the tools come along: tool, instance, progress.  Observes only."""
@@ -115,8 +120,10 @@ class Part:
     locked : bool
         Whether the user locked it.
     proved : bool
-        Whether the shortest order is known.  It may differ from the one chosen:
-        where the way to the next tool weighs more, the file's own order is kept.
+        Whether the shortest order is known.  It may differ from the one chosen,
+        where the way to the next tool weighs more.
+    saves : int
+        What a path that is longer than the shortest known saves between the tools.
     """
 
     number: int
@@ -129,6 +136,7 @@ class Part:
     solved: tuple[Solved, ...] = ()
     locked: bool = False
     proved: bool = False
+    saves: int = 0
 
     @property
     def seconds(self) -> float:
@@ -169,6 +177,8 @@ class Board:
         How far the text around the units must be the same; see ``compare``.
     order_gain : int
         What the new order of tools saves against the file's own order of tools.
+    ends_gain : int
+        What is saved by paths that begin and end where their neighbours want them to.
     """
 
     before: Program
@@ -184,6 +194,7 @@ class Board:
     interrupted: bool = False
     text_guard: str = "same"
     order_gain: int = 0
+    ends_gain: int = 0
 
     @property
     def original(self) -> bytes:
@@ -243,7 +254,8 @@ def optimise(
     program = inside_out(program, rule, _solve_inside(program, wishes, news), hints)
     view = folded(program)
     solved, interrupted = _solve_all(view, wishes, news)
-    choice = choose(view, rule, solved, stops(program, wishes), wishes.tool_order)
+    at = stops(program, wishes)
+    choice = choose(view, rule, solved, at, wishes.tool_order, _fit(wishes))
     after = rewritten(program, view, choice, hints)
     costs_after = measure(after, rule, wishes.start, wishes.park)
     ended = by_old_number(costs_after, choice)
@@ -253,8 +265,9 @@ def optimise(
     if not (wishes.merge or wishes.expand) and choice.sequence == tuple(sorted(choice.sequence)):
         guard = "same"
     compare(original, after, text=guard)
-    parts = _parts(view, rule, wishes, costs, ended, choice.shortest, solved)
-    links = least_links(view, rule, stops(program, wishes), wishes.tool_order)
+    parts = _parts(view, rule, wishes, costs, ended, choice, solved)
+    bounds = {part.number: part.bound or 0 for part in parts}
+    least = least_chain(view, rule, at, wishes.tool_order, bounds, choice.small)
     return Board(
         before=original,
         after=after,
@@ -262,13 +275,14 @@ def optimise(
         parts=parts,
         costs_before=measure(original, rule, wishes.start, wishes.park),
         costs_after=costs_after,
-        bound=sum(part.bound or 0 for part in parts) + links,
+        bound=least if choice.least is None else max(least, choice.least),
         rule=rule,
         wishes=wishes,
         notes=(*original.notes, *notes),
         interrupted=interrupted,
         text_guard=guard,
         order_gain=choice.gain,
+        ends_gain=choice.ends_gain,
     )
 
 
@@ -360,6 +374,30 @@ def _certificate(
     return folder / f"{program.path.stem}-T{tool}{more}.cert.json.gz"
 
 
+def _fit(wishes: Wishes) -> Fit:
+    """Fits paths to their neighbours: quick ones by the proof engine, the others at both ends.
+
+    The engine gets no more time than the path itself needed thrice, and never
+    more than is left of the tool's time; each path is fitted by it once.
+    """
+    limit = LIMITS[wishes.effort] if wishes.time_limit is None else wishes.time_limit
+    done: set[int] = set()
+
+    def fit(
+        solved: Solved, units: Units, order: Order, before: Place | None, after: Place | None
+    ) -> Order:
+        order, spent = turned(units, order, before, after), solved.answer.seconds
+        seconds = min(limit - spent, max(FIT_LEAST, FIT_SHARE * spent))
+        wanted = wishes.effort is not Effort.FAST and solved.answer.optimal and seconds > 0
+        if not wanted or solved.stretch.first in done:
+            return order
+        done.add(solved.stretch.first)
+        travel = wishes.machine.travel
+        return tied(units, order, before, after, travel, seconds, wishes.seed)
+
+    return fit
+
+
 def locked_parts(program: Program, wishes: Wishes) -> frozenset[int]:
     """Selections whose order stays.
 
@@ -387,7 +425,7 @@ def _parts(
     wishes: Wishes,
     before: Costs,
     after: Costs,
-    shortest: Costs,
+    choice: Choice,
     solved: list[Solved],
 ) -> tuple[Part, ...]:
     """What became of each selection that does any work."""
@@ -398,7 +436,7 @@ def _parts(
     found = []
     for number, (a, b) in part_rows(program):
         mine = tuple(s for s in solved if a <= s.stretch.first < b)
-        bound = path_bound(program, (a, b), mine, shortest.parts[number])
+        bound = path_bound(program, (a, b), mine, choice.shortest.parts[number])
         closed = bound is not None and all(s.answer.optimal for s in mine)
         if bound is None:
             bound = loose_bound(program, trail, number, wishes.machine.travel, rule, seconds)
@@ -415,6 +453,7 @@ def _parts(
                 solved=mine,
                 locked=number in locked or b <= wishes.keep_first,
                 proved=closed or number in locked,
+                saves=choice.saves.get(number, 0),
             )
         )
     return tuple(found)

@@ -18,7 +18,7 @@ def amount(board: Board, cost: int | None) -> str:
     return f"{float(board.worth(cost)):.{2 if board.wishes.machine.timed else 1}f}"
 
 
-def verdict(part: Part) -> str:
+def verdict(board: Board, part: Part) -> str:
     """What is known about a tool's order, in a few words."""
     if part.locked:
         return "kept as it was"
@@ -27,9 +27,12 @@ def verdict(part: Part) -> str:
         return f"{order} shortest" + (" (certified)" if part.proof == "certified" else "")
     if not part.bound:
         return "no bound"
+    unit = board.wishes.machine.unit
+    saves = f", saves {amount(board, part.saves)} {unit} between the tools" if part.saves else ""
     if part.proved:
-        return "the file's order is kept: it saves more between the tools"
-    return f"at most {percent((part.after - part.bound) / part.bound)} above the shortest"
+        longer = f"{float(board.worth(part.after - part.bound)):.2f}"
+        return f"{longer} {unit} longer than its shortest path{saves}"
+    return f"at most {percent((part.after - part.bound) / part.bound)} above the shortest{saves}"
 
 
 def board_table(board: Board, written: Path | None) -> str:
@@ -44,7 +47,7 @@ def board_table(board: Board, written: Path | None) -> str:
             amount(board, part.before),
             amount(board, part.after),
             amount(board, part.bound),
-            verdict(part),
+            verdict(board, part),
         )
         for part in board.parts
     ]
@@ -99,8 +102,11 @@ def conclusions(board: Board, written: Path | None) -> list[str]:
             f"the file travels {factor(before, after)} times what the new order needs"
             f" and {factor(before, board.bound)} times the lower bound"
         )
+    unit = board.wishes.machine.unit
+    if board.ends_gain:
+        gain = amount(board, board.ends_gain)
+        found.append(f"paths that end where the next tool begins save {gain} {unit} of that")
     if board.order_gain:
-        unit = board.wishes.machine.unit
         found.append(f"the order of tools saves {amount(board, board.order_gain)} {unit} of that")
     if board.wishes.machine.timed:
         found.append(f"{float(board.worth(before - after)):.1f} s saved a board")
@@ -144,6 +150,7 @@ def board_data(board: Board, written: Path | None) -> dict[str, Any]:
         "links_after": worth(board.costs_after.links),
         "tool_order": str(board.wishes.tool_order),
         "tool_order_gain": worth(board.order_gain),
+        "ends_gain": worth(board.ends_gain),
         "proved": board.proved,
         "changed": board.changed,
         "effort": str(board.wishes.effort),
@@ -155,6 +162,7 @@ def board_data(board: Board, written: Path | None) -> dict[str, Any]:
                 "before": worth(part.before),
                 "after": worth(part.after),
                 "lower_bound": worth(part.bound),
+                "saves_between": worth(part.saves),
                 "optimal": part.optimal,
                 "proved": part.proved,
                 "proof": str(part.proof),

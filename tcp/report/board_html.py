@@ -158,7 +158,7 @@ def _table(board: Board) -> str:
             f"{dot}T{part.tool}{_size(board, part.tool)}",
             str(part.holes),
             *(amount(board, cost) for cost in (part.before, part.after, part.bound)),
-            escape(verdict(part)),
+            escape(verdict(board, part)),
         ]
         rows.append("<tr>" + "".join(f"<td>{cell}</td>" for cell in cells) + "</tr>")
     links = [amount(board, c.links) for c in (board.costs_before, board.costs_after)]
