@@ -405,13 +405,16 @@ def _granularity(form: TourForm) -> int:
         return 1
     everyone = np.arange(form.real)
     g = int(np.gcd.reduce(form.costs(np.zeros_like(everyone), everyone)))
-    if g <= 1 or form.real > GCD_LIMIT:
-        return max(1, g if g <= 1 else math.gcd(g, _lattice_divisor(form)))
+    if g <= 1:
+        return 1
+    least = _lattice_divisor(form)
+    if form.real > GCD_LIMIT:
+        return math.gcd(g, least)
     for i in range(1, form.real):
-        g = math.gcd(g, int(np.gcd.reduce(form.costs(np.full_like(everyone, i), everyone))))
-        if g == 1:
+        if g == least:
             break
-    return max(g, 1)
+        g = math.gcd(g, int(np.gcd.reduce(form.costs(np.full_like(everyone, i), everyone))))
+    return g
 
 
 def _lattice_divisor(form: TourForm) -> int:

@@ -388,8 +388,10 @@ def _details(instance: Instance, outcome: Outcome) -> Mapping[str, Any]:
 
 def sharpen(instance: Instance, bound: int | None) -> int | None:
     """The smallest cost not below ``bound``: a multiple of the granularity, and >= 0."""
+    if bound is None:
+        return None
     g = instance.granularity
-    return None if bound is None else max(0, -(-bound // g) * g)
+    return max(0, -(-bound // g) * g)
 
 
 def _status(cost: int | None, bound: int | None, infeasible: bool) -> Status:
