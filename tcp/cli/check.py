@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from dataclasses import replace
+from fractions import Fraction
 from pathlib import Path
 
 import click
@@ -22,6 +23,8 @@ Examples:
 Exit codes: 0 verified, 1 refuted (or about something else), 2 usage,
 3 malformed or unreadable, 6 unsupported version, 70 internal error."""
 
+FIRST = "the first argument must be a certificate, a JSON file as --certificate writes it"
+
 
 @click.command(epilog=EPILOG)
 @click.argument("certificate", type=READ)
@@ -37,15 +40,11 @@ def command(problem: Problem, certificate: Path, workpiece: Path | None, as_json
     asked = replace(problem, units=None, tool=None, format=None, zeros=None) != Problem()
     if asked and workpiece is None:
         raise click.UsageError("options say what WORKPIECE means; give the file too")
-    holes, sha256 = None, None
-    if workpiece is not None:
-        reading = problem.read(workpiece)
-        piece = reading.workpiece
-        holes = [(h.id, h.x, h.y) for h in map(piece.hole, range(len(piece)))]
-        if asked or piece.matrix is not None:
-            sha256 = problem.instance(reading).sha256
     try:
-        verdict = checker.check(checker.unzip(certificate), holes, sha256)
+        raw = checker.unzip(certificate)
+        checker.demand(raw.lstrip()[:1] == b"{", FIRST)
+        holes, sha256 = _about(problem, workpiece, asked) if workpiece else (None, None)
+        verdict = checker.check(raw, holes, sha256)
     except checker.Failure as failure:
         if as_json:
             click.echo(json.dumps({"verdict": failure.word, "reason": str(failure)}))
@@ -58,3 +57,14 @@ def command(problem: Problem, certificate: Path, workpiece: Path | None, as_json
     click.echo(f"verified: {verdict.statement}\nsha256 {verdict.sha256}")
     click.echo(checker.TRUST + (checker.YOURS if holes is None else "."))
     return Exit.OK
+
+
+def _about(
+    problem: Problem, workpiece: Path, asked: bool
+) -> tuple[list[tuple[str, Fraction, Fraction]], str | None]:
+    """Holes of the workpiece, and the instance's hash where more than the holes was said."""
+    reading = problem.read(workpiece)
+    piece = reading.workpiece
+    holes = [(h.id, h.x, h.y) for h in map(piece.hole, range(len(piece)))]
+    said = asked or piece.matrix is not None
+    return holes, problem.instance(reading).sha256 if said else None

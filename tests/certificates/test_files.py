@@ -137,6 +137,12 @@ def test_tcp_check_says_what_is_proved(holes):
     assert code == 0 and json.loads(text)["lower"] == 10
 
 
+def test_swapped_arguments_are_told_in_one_sentence(holes):
+    code, text = check(holes, FOLDER / "correct" / "five.json")
+    assert code == 3 and text.count("\n") == 1
+    assert "five.csv: malformed: the first argument must be a certificate" in text
+
+
 def test_tcp_check_refuses_other_problems(holes):
     file = FOLDER / "correct" / "five.json"
     for options in (("--travel", "case2"), ("--start", "5"), ("--vx", "2"), ("--closed",)):
