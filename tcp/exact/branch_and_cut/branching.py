@@ -26,6 +26,12 @@ EDGES = 12
 SETS = 14
 """Sets probed at a node."""
 
+GLANCE, LOOK = 15, 60
+"""Dual simplex iterations of a first try, and of a second one."""
+
+FINAL = 8
+"""Candidates, the best by the first try, that are tried again."""
+
 OFF = 0.5
 """Sets with x(delta(S)) further from 3 are no candidates."""
 
@@ -55,9 +61,13 @@ class Brancher:
         places = [*self.lp.columns_of(np.array(pairs, np.int64)).tolist()]
         tries = [*(Try(k, False) for k in places), *(Try(self.lp.row_of(c), True) for c in sets)]
         cap = max(cutoff - self.lp.objective, 1e-9)
+        first = self._gains(tries, GLANCE)
+        order = sorted(range(len(tries)), key=lambda k: (-_product(first[k], cap), k))
         best: Decision | None = None
         score = -1.0
-        for k, gains in enumerate(self._gains(tries)):
+        for k, gains in zip(
+            order, self._gains([tries[k] for k in order[:FINAL]], LOOK), strict=False
+        ):
             if k < len(pairs):
                 self._learn(pairs[k], gains)
             if _product(gains, cap) > score:
@@ -66,11 +76,11 @@ class Brancher:
                 score = _product(gains, cap)
         return best
 
-    def _gains(self, tries: list[Try]) -> list[tuple[float, float]]:
+    def _gains(self, tries: list[Try], iterations: int) -> list[tuple[float, float]]:
         """What each of the tries gains below and above; every other one in a second solver."""
         probes = [self.lp.probe(), self.lp.probe(twin=True)]
         shares = [tries[side::2] for side in range(2)]
-        both = list(self.threads.map(Probe.gains, probes, shares))
+        both = list(self.threads.map(Probe.gains, probes, shares, [iterations] * 2))
         self.lp.iterations += sum(probe.iterations for probe in probes)
         return [both[k % 2][k // 2] for k in range(len(tries))]
 

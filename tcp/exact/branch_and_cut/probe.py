@@ -7,9 +7,6 @@ from dataclasses import dataclass
 
 import highspy
 
-ITERATIONS = 60
-"""Dual simplex iterations of a try."""
-
 
 @dataclass(frozen=True)
 class Try:
@@ -41,10 +38,10 @@ class Probe:
     unit: float
     iterations: int = 0
 
-    def gains(self, tries: Sequence[Try]) -> list[tuple[float, float]]:
+    def gains(self, tries: Sequence[Try], iterations: int) -> list[tuple[float, float]]:
         """What the objective gains on either side of each decision; inf where nothing is left."""
         self.h.setOptionValue("simplex_strategy", 1)
-        self.h.setOptionValue("simplex_iteration_limit", ITERATIONS)
+        self.h.setOptionValue("simplex_iteration_limit", iterations)
         found = [self._row(t.place) if t.row else self._column(t.place) for t in tries]
         self.h.setOptionValue("simplex_iteration_limit", 2**31 - 1)
         return found
