@@ -22,6 +22,8 @@ from tcp.boards.chain import Candidate, ToolOrder, any_order, in_order, linker
 from tcp.boards.effort import Effort, as_it_stands
 from tcp.boards.machine import Machine, read_machine
 from tcp.boards.optimise import Wishes, optimise
+from tcp.boards.steady import by_place
+from tcp.boards.stretch import anchored, free_runs
 from tcp.boards.trail import follow, measure, rule_for
 from tcp.cli.main import main
 from tcp.errors import InputError, UsageError
@@ -170,6 +172,47 @@ def test_small_boards_are_proved_and_equal_brute_force(first, second, stops):
     assert board.bound <= total
     again = optimise(board.after, Wishes(effort=Effort.FAST, start=point, park=point))
     assert again.data == board.data and not again.changed
+
+
+def test_a_stretch_is_the_same_problem_in_any_order():
+    """Slots may come turned round as well; holes share places with their ends."""
+    rng = np.random.default_rng(3)
+    units = [rng.integers(0, 4, (k, 2)).tolist() for k in (1, 2) for _ in range(15)]
+    found = set()
+    for _ in range(5):
+        order = [units[i][:: int(rng.choice([-1, 1]))] for i in rng.permutation(len(units))]
+        program = program_of("T1\n" + text_of(order))
+        (run,) = free_runs(program, frozenset(), 0)
+        instance = anchored(program, run, [run], {}).instance(Travel(Model.SIMULTANEOUS))
+        renumbered, old = by_place(instance)
+        route = tuple(range(len(old)))
+        assert renumbered.cost(route) == instance.cost([int(v) for v in old])
+        found.add(renumbered.sha256)
+    assert len(found) == 1
+
+
+HOLES = st.lists(
+    st.tuples(st.integers(0, 60), st.integers(0, 60)), min_size=17, max_size=40, unique=True
+)
+
+
+@settings(max_examples=15, deadline=None)
+@given(HOLES, HOLES, st.randoms(use_true_random=False))
+def test_optimising_twice_gives_the_same_file_and_any_order_one_length(first, second, random):
+    """Larger than what is solved exactly: the search counts, and sees places, not the order."""
+
+    def file(*tools):
+        lines = ("".join(f"X{x}Y{y}\n" for x, y in holes) for holes in tools)
+        return program_of("".join(f"T{t}\n{text}" for t, text in enumerate(lines, 1)))
+
+    fast = Wishes(effort=Effort.FAST)
+    once = optimise(file(first, second), fast)
+    again = optimise(once.after, fast)
+    assert not again.changed and again.data == once.data
+    shuffled = [random.sample(holes, len(holes)) for holes in (first, second)]
+    other = optimise(file(*shuffled), fast)
+    for part, same in zip(once.parts, other.parts, strict=True):
+        assert part.solved[0].answer.cost in (same.solved[0].answer.cost, part.before)
 
 
 def test_reversed_input_gives_an_equally_long_output():

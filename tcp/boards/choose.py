@@ -19,8 +19,8 @@ from tcp.files.excellon.program import Columns, Place, Repeat
 from tcp.files.excellon.rewrite import Order
 from tcp.travel import CostRule
 
-ROUNDS = 5
-"""Most times that the paths of larger tools are fitted to their neighbours."""
+ROUNDS = 100
+"""Most times that the paths of larger tools are fitted to their neighbours; a few settle it."""
 
 Orders = dict[int, Order]
 
@@ -112,10 +112,8 @@ def choose(
         return arrange(ways, rank, tool_order, rule, program.step, stops)
 
     large = {at: (mine[at][0], u) for at, u in units.items() if at not in small}
-    chain = _fitted(ways, large, best, stops, fit)
     as_it_is = best([found[:1] for found in plain])
-    if as_it_is.cost <= chain.cost:
-        chain = as_it_is
+    chain = _fitted(ways, large, best, as_it_is, stops, fit)
     orders: Orders = {}
     for at, k in chain.steps:
         orders |= ways[at][k].choice()
@@ -138,11 +136,12 @@ def _fitted(
     ways: list[list[Candidate]],
     large: Mapping[int, tuple[Solved, Units]],
     best: Callable[[list[list[Candidate]]], Chain],
+    as_it_is: Chain,
     stops: Stops,
     fit: Fit,
 ) -> Chain:
     """The best chain, after paths of large parts were added that fit the chains before it."""
-    chain = best(ways)
+    chain = min(as_it_is, best(ways), key=lambda chain: chain.cost)
     for _ in range(ROUNDS):
         for at, order, before, after in _between(ways, chain, stops):
             if at in large and not large[at][1].stretch.directed().any():

@@ -14,11 +14,12 @@ from functools import partial
 import numpy as np
 
 from tcp.boards.chain import FAR, Candidate, linker
+from tcp.boards.steady import solve_by_place
 from tcp.boards.stretch import Stretch
 from tcp.files.excellon.document import Ints
 from tcp.files.excellon.program import Place
 from tcp.files.excellon.rewrite import Order
-from tcp.solve import refuses, solve
+from tcp.solve import refuses
 from tcp.stop import Stop
 from tcp.travel import CostRule, Travel
 
@@ -203,7 +204,7 @@ def tied(
     instance, known = stretch.instance(travel), stretch.route(order)
     if refuses(PROVER, instance) is not None:
         return order
-    found = solve(instance, PROVER, stop=Stop(seconds), seed=seed, start_route=known)
+    found = solve_by_place(instance, PROVER, stop=Stop(seconds), seed=seed, start_route=known)
     if found.route is None or found.cost is None or found.cost >= instance.cost(known):
         return order
     return stretch.order(found.route)
