@@ -43,7 +43,7 @@ AS_IS = "file order"
 LARGE = 500
 """Nodes from which on the route is sought first: a proof in time is less likely there."""
 
-LATE = 3_000
+LATE = 10_000
 """Nodes from which on the proof engine may have no good bound in time."""
 
 SEEK_SHARE = 0.2
