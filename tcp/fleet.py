@@ -9,6 +9,8 @@ not depend on where it ran, on how many workers there are, or on who died.
 from __future__ import annotations
 
 import os
+import signal
+import threading
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import ExitStack, contextmanager
@@ -121,7 +123,9 @@ class Fleet:
                 yield from pool(delayed(_numbered)(function, n, left[n]) for n in batch)
             return
         pool = Parallel(n_jobs=count, return_as="generator_unordered")
-        yield from pool(delayed(_numbered)(function, n, left[n]) for n in numbers)
+        with _deaf():  # workers are started here
+            answers = pool(delayed(_numbered)(function, n, left[n]) for n in numbers)
+        yield from answers
 
     @contextmanager
     def _connected(self) -> Iterator[tuple[type[Exception], ...]]:
@@ -140,6 +144,29 @@ class Fleet:
                 raise UsageError(f"--backend {self.backend} needs {error.name}: {remedy}") from None
             stack.enter_context(parallel_config(backend=self.backend))
             yield lost
+
+
+def threads(most: int) -> int:
+    """How many threads a task should use here: one a core of its own, at most ``most``.
+
+    joblib tells its workers by ``OMP_NUM_THREADS`` how many cores each has, unless
+    the user set that; without it, all of the machine's are one's own.
+    """
+    said = os.environ.get("OMP_NUM_THREADS", "")
+    return max(1, min(most, int(said) if said.isdigit() else os.cpu_count() or 1))
+
+
+@contextmanager
+def _deaf() -> Iterator[None]:
+    """Processes started inside ignore Ctrl-C for good; this one answers it and ends them."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)
 
 
 def _numbered(function: Callable[[Task], Answer], number: int, task: Task) -> tuple[int, Answer]:

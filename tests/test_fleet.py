@@ -16,8 +16,8 @@ import pytest
 from click.testing import CliRunner
 
 from tcp.cli.main import main
-from tcp.errors import UsageError
-from tcp.fleet import TRIES, Fleet, FleetError
+from tcp.errors import Exit, UsageError
+from tcp.fleet import TRIES, Fleet, FleetError, threads
 
 ROOT = Path(__file__).resolve().parents[1]
 
@@ -45,11 +45,21 @@ def fail(number: int) -> int:
 
 
 def patient(task: tuple[Path, int]) -> int:
-    """Leave word of who works where, and take a while."""
+    """Leave word of who works where, and take a while; the first to make number 3 dies of it."""
     folder, number = task
     (folder / f"{number}-{os.getpid()}").touch()
     time.sleep(0.15)
+    if number == 3 and len(list(folder.glob("3-*"))) == 1:
+        os.kill(os.getpid(), signal.SIGKILL)
     return number * number
+
+
+def deaf(number: int) -> bool:
+    return signal.getsignal(signal.SIGINT) is signal.SIG_IGN
+
+
+def cores(number: int) -> int:
+    return threads(99)
 
 
 def test_one_job_runs_here_and_in_order():
@@ -59,6 +69,36 @@ def test_one_job_runs_here_and_in_order():
 
 def test_two_processes_give_the_same_answers():
     assert dict(Fleet(2).run(square, list(range(20)))) == {k: k * k for k in range(20)}
+
+
+def test_ctrl_c_is_for_this_process_alone():
+    handler = signal.getsignal(signal.SIGINT)
+    assert all(told for _, told in Fleet(2).run(deaf, range(6)))
+    assert signal.getsignal(signal.SIGINT) is handler
+
+
+def test_workers_share_the_cores(monkeypatch):
+    monkeypatch.delenv("OMP_NUM_THREADS", raising=False)
+    whole = os.cpu_count() or 1
+    assert [told for _, told in Fleet(1).run(cores, [0])] == [whole]
+    assert {told for _, told in Fleet(3).run(cores, range(6))} == {max(1, whole // 3)}
+    monkeypatch.setenv("OMP_NUM_THREADS", "7")
+    assert (threads(3), threads(99)) == (3, 7)
+
+
+def test_what_is_written_before_ctrl_c_is_in_the_manifest(tmp_path, monkeypatch):
+    def interrupted(fleet, function, tasks):
+        yield 0, function(tasks[0])
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(Fleet, "run", interrupted)
+    words, out, listed = boards(tmp_path, 2), tmp_path / "out", tmp_path / "manifest.json"
+    words += ["--jobs", "2", "--out", str(out), "--manifest", str(listed)]
+    out.mkdir()
+    done = CliRunner().invoke(main, ["optimize", *words])
+    assert done.exit_code == Exit.INTERRUPTED
+    assert [path.name for path in out.iterdir()] == ["board0.drl"]
+    assert "board0.drl" in listed.read_text() and "board1.drl" not in listed.read_text()
 
 
 @pytest.mark.filterwarnings("ignore:A worker stopped:UserWarning")
@@ -139,15 +179,11 @@ def test_a_dask_cluster_loses_a_worker_and_no_answer(tmp_path):
     notes.mkdir()
     with dask_cluster(tmp_path) as (address, workers):
         fleet = Fleet(backend="dask", scheduler=address)
-        answers = {}
-        for number, answer in fleet.run(patient, [(notes, k) for k in range(16)]):
-            if not answers:
-                workers[0].send_signal(signal.SIGKILL)
-            answers[number] = answer
+        answers = dict(fleet.run(patient, [(notes, k) for k in range(16)]))
     assert answers == {k: k * k for k in range(16)}
     who = [path.name.split("-") for path in notes.iterdir()]
     assert {int(pid) for _, pid in who} == {worker.pid for worker in workers}
-    assert len(who) > 16, "the killed worker had begun a task that the other one made again"
+    assert sum(number == "3" for number, _ in who) == 2, "made again by the other one"
 
 
 @pytest.mark.filterwarnings("default")

@@ -255,22 +255,23 @@ def command(files: tuple[Path, ...], **given: Any) -> int:
     job, fleet = _job(given, len(paths) > 1), _fleet(given)
     _check_outputs(job, paths, given)
     each = _one_by_one(job, paths) if fleet.alone else _side_by_side(job, paths, fleet)
-    for found in each:
-        if found.error is not None:
-            worst = max(worst, complain(found.error))
-        if found.board is None:
-            continue
-        board, written = found.board, found.written
-        boards.append((board, written))
-        _show(board, given["plot"], given["report"], job.many)
-        worst = max(worst, found.code)
-        click.echo(
-            json.dumps(board_data(board, written)) if job.as_json else board_table(board, written)
-        )
-    if len(boards) > 1 and not job.as_json:
-        click.echo("\n" + summary_table([board for board, _ in boards]))
-    if given["manifest"] is not None:
-        write_file(given["manifest"], manifest(boards))
+    try:
+        for found in each:
+            if found.error is not None:
+                worst = max(worst, complain(found.error))
+            if found.board is None:
+                continue
+            board, written = found.board, found.written
+            boards.append((board, written))
+            _show(board, given["plot"], given["report"], job.many)
+            worst = max(worst, found.code)
+            row = json.dumps(board_data(board, written)) if job.as_json else None
+            click.echo(row or board_table(board, written))
+    finally:  # after Ctrl-C, too: these boards are written
+        if len(boards) > 1 and not job.as_json:
+            click.echo("\n" + summary_table([board for board, _ in boards]))
+        if given["manifest"] is not None:
+            write_file(given["manifest"], manifest(boards))
     return worst
 
 

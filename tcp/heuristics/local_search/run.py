@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from tcp.errors import InfeasibleError
+from tcp.fleet import threads
 from tcp.heuristics.local_search import neighbours, starts
 from tcp.heuristics.local_search.anneal import FEW, Search
 from tcp.heuristics.local_search.linking import linked_tour, panel_of
@@ -24,6 +25,9 @@ TINY = 8
 
 PATIENCE = 100
 """Kicks per node after which a search without a limit stops."""
+
+THREADS = 2
+"""Most threads that are used unasked."""
 
 WIDTH, NARROW = 8, 7
 """Candidates of a node, and on boards of more than :data:`LARGE` nodes."""
@@ -42,7 +46,7 @@ def run(
     rng: np.random.Generator,
     clock: Clock,
     report: Report,
-    workers: int = 2,
+    workers: int | None = None,
     panels: bool = True,
 ) -> Outcome:
     """Find a short route; see :func:`improve`.  Never proves anything.
@@ -84,7 +88,7 @@ def improve(
     clock: Clock,
     report: Report = silent,
     kicks: int | None = None,
-    workers: int = 2,
+    workers: int | None = None,
 ) -> list[int]:
     """A short tour over ``form``, never worse than the one given.
 
@@ -104,8 +108,9 @@ def improve(
     kicks : int, optional
         How many kicks to try; default: until the clock says stop, and without
         any limit ``PATIENCE * size`` of them.
-    workers : int
-        Threads to use; the answer does not depend on it.
+    workers : int, optional
+        Threads to use; what is found with a number of kicks does not depend on it.
+        Default: two, where this process has so many cores (:func:`tcp.fleet.threads`).
 
     Returns
     -------
@@ -137,7 +142,7 @@ def improve(
     limit = clock.stop.iterations if kicks is None else kicks
     if limit is None and clock.stop.time is None:
         limit = PATIENCE * form.size
-    search.kick(limit, workers)
+    search.kick(limit, threads(THREADS) if workers is None else workers)
     return [int(v) for v in ground.label[search.best]]
 
 
