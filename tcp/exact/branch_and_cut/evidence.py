@@ -56,7 +56,7 @@ def _leaf(pool: files.Pool, node: Node, size: int) -> files.Duals | None:
     """A node's evidence: its duals, a contradiction (None), or that costs are not negative."""
     if node.duals is not None:
         return _duals(pool, node.duals)
-    return None if node.fixings.contradict else files.Duals(1, np.zeros(size, np.int64))
+    return None if node.infeasible else files.Duals(1, np.zeros(size, np.int64))
 
 
 def trivial(instance: Instance, route: Sequence[int] | None) -> files.Certificate:

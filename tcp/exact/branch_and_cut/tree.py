@@ -240,13 +240,18 @@ class Tree:
         self.admit(len(self.nodes) - 1)
 
     def admit(self, at: int) -> None:
-        """Queue a node, unless its decisions contradict each other: then it is closed."""
+        """Queue a node, unless its decisions contradict each other or what is eliminated."""
         node = self.nodes[at]
-        if node.fixings.contradict:
+        if node.fixings.contradict or self._demands_the_dead(node):
             node.closed = node.infeasible = True
             node.duals = None
             return
         heapq.heappush(self.heap, (node.bound, node.depth, at))
+
+    def _demands_the_dead(self, node: Node) -> bool:
+        """Whether a pair that the node's tours must use is in no better tour at all."""
+        alive = self.cutter.alive.keys
+        return alive is not None and not np.isin(node.fixings.inside, alive).all()
 
     def _report(self) -> None:
         bound = self.bound
@@ -276,3 +281,6 @@ class Tree:
             self.fixes.append(duals)
         cutter.alive = Alive.of(problem, keys)
         cutter.lp.remove_pairs(keys)
+        waiting, self.heap = self.heap, []
+        for _, _, at in waiting:
+            self.admit(at)

@@ -1,0 +1,81 @@
+"""The search tree: nodes that elimination has emptied are closed, and the checker agrees."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from tcp.exact.branch_and_cut.branching import Decision
+from tcp.exact.branch_and_cut.cutting import Cutter, Incumbent
+from tcp.exact.branch_and_cut.evidence import certificate
+from tcp.exact.branch_and_cut.problem import Problem
+from tcp.exact.branch_and_cut.proof import Alive, Fixings
+from tcp.exact.branch_and_cut.relaxation import Relaxation
+from tcp.exact.branch_and_cut.run import first_pairs, unit_of
+from tcp.exact.branch_and_cut.tree import Tree
+from tcp.files.certificate import to_text
+from tcp.instance import Instance
+from tcp.solve import solve
+from tcp.stop import Clock, Stop
+from tcp.validate.certificate import Failure, check
+from tcp.workpiece import Workpiece
+
+
+def eliminated() -> tuple[Instance, Tree, int]:
+    """A root whose duals eliminate some pairs, still open, and the key of such a pair."""
+    x, y = np.random.default_rng(5).integers(0, 1000, (2, 30))
+    instance = Instance(Workpiece("piece", tuple(map(str, range(30))), x, y))
+    problem = Problem.of(instance)
+    best = solve(instance, "branch-and-cut", exact=True).route
+    incumbent = Incumbent(problem, np.arange(problem.size))
+    incumbent.offer(np.array(instance.tour(best)))
+    lp = Relaxation(problem, first_pairs(problem, incumbent.tour), unit_of(problem))
+    tree = Tree(Cutter(problem, lp, incumbent, Clock(Stop())))
+    root = Fixings.root(problem)
+    lp.enter(root, (), None)
+    tree.root_duals = tree.cutter.process(root, ()).duals
+    assert tree.root_duals is not None
+    tree.eliminate()
+    alive = tree.cutter.alive.keys
+    assert alive is not None
+    everything = np.array(problem.keys(*np.triu_indices(problem.size, 1)))
+    return instance, tree, int(np.setdiff1d(everything, alive)[0])
+
+
+def test_a_node_that_must_use_an_eliminated_pair_is_closed_at_once():
+    _, tree, dead = eliminated()
+    tree.nodes[0].decision = Decision(dead, None, (0.0, 0.0))
+    for side in (0, 1):
+        tree._open(tree.nodes[0].child(side, None))
+    without, within = tree.nodes[1:]
+    assert within.closed
+    assert within.infeasible
+    assert not without.closed
+    assert [at for _, _, at in tree.heap] == [0, 1]
+
+
+def test_waiting_nodes_are_looked_at_when_pairs_are_eliminated():
+    _, tree, dead = eliminated()
+    tree.cutter.alive = Alive.everything()
+    tree.nodes[0].decision = Decision(dead, None, (0.0, 0.0))
+    tree._open(tree.nodes[0].child(1, None))
+    assert len(tree.heap) == 2
+    tree.eliminate()
+    assert [at for _, _, at in tree.heap] == [0]
+
+
+def test_the_checker_closes_it_too_and_only_because_of_the_elimination():
+    instance, tree, dead = eliminated()
+    root = tree.nodes[0]
+    root.decision, root.children = Decision(dead, None, (0.0, 0.0)), (1, 2)
+    tree.heap = []
+    for side in (0, 1):
+        tree._open(root.child(side, None))
+    tree.nodes[1].duals = tree.root_duals
+    cost = tree.cutter.incumbent.cost
+    proof = certificate(instance, tree, cost, instance.route(tree.cutter.incumbent.tour))
+    assert check(to_text(proof).encode()).lower == cost
+    tree.fixes = []
+    proof = certificate(instance, tree, cost, instance.route(tree.cutter.incumbent.tour))
+    with pytest.raises(Failure, match="is not closed"):
+        check(to_text(proof).encode())
