@@ -103,13 +103,15 @@ def nearest_neighbour(costs: Floats, first: int) -> Ints:
 
 
 def improve(tour: Ints, costs: Floats) -> Ints:
-    """The best 2-opt or Or-opt move, again and again, until there is none."""
+    """The best 2-opt move, or where there is none the best Or-opt move, until there is neither."""
     least = 1e-9 * float(np.abs(costs[np.isfinite(costs)]).max())
     while True:
         along = costs[np.ix_(tour, tour)]
-        chains = range(1, min(SEGMENT, len(tour) - 3) + 1)
-        moves = [_two_opt(along), *(_or_opt(along, size) for size in chains)]
-        gain, places = max(moves, key=lambda move: move[0])
+        gain, places = _two_opt(along)
+        if gain <= least:
+            chains = range(1, min(SEGMENT, len(tour) - 3) + 1)
+            moves = [(gain, places), *(_or_opt(along, size) for size in chains)]
+            gain, places = max(moves, key=lambda move: move[0])
         if gain <= least:
             return tour
         tour = tour[places()]
