@@ -131,6 +131,9 @@ def bounds() -> dict[tuple[str, str], int]:
         if row["section"] == "open" and row["bound"] is not None:
             key = row["name"], models[row["metric"]]
             known[key] = max(known[key], row["bound"])
+        if row["section"] == "boards" and "error" not in row:
+            key = f"{row['name']}:{row['metric'][1:]}", "simultaneous"
+            known[key] = max(known[key], row["bound"])
     for row in records(RESULTS / "boards.jsonl"):
         key = f"{row['board']}:{row['tool']}", "simultaneous"
         known[key] = max(known[key], row["bound"])
