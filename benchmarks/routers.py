@@ -4,6 +4,7 @@
                                  [--instances a,b] [--models sequential,...] [--routers x,y]
     python benchmarks/routers.py --list       # what would run, and for how long
     python benchmarks/routers.py --table      # docs/routers.md from the runs so far
+    python benchmarks/routers.py --fresh      # forget them first (a new version, another machine)
 
 Open path; one run at a time, each in a process of its own, which tells its peak memory; making a
 peer's matrix and compiling count for nobody.  One line of JSON a run is appended to
@@ -17,6 +18,9 @@ ones (uniform, clustered, lattice), all in three travel models.  The gap is to t
 lower bound in benchmarks/results (proofs.jsonl, boards.jsonl); where there is none, to the best
 route known from any run here, which the table marks with a star.  The corpus is in ``TCP_CORPUS``
 or ``../shared/corpus``; what is not there is left out and named.
+
+The peers: ``pip install 'tcp-drill[benchmark]'`` and ``pip install --no-deps python-tsp`` (it asks
+for networkx 2); those not installed are named in the table.
 """
 
 from __future__ import annotations
@@ -303,6 +307,7 @@ def main() -> None:
     parser.add_argument("--models", type=words, default=list(METRICS))
     parser.add_argument("--routers", type=words, default=list(ROUTERS))
     parser.add_argument("--list", action="store_true")
+    parser.add_argument("--fresh", action="store_true")
     parser.add_argument("--table", action="store_true")
     parser.add_argument("--note", default="", help="A sentence about the machine, for the page.")
     parser.add_argument("--one", help=argparse.SUPPRESS)
@@ -315,6 +320,8 @@ def main() -> None:
         longest = sum(job.seconds + 3 for job in every) / 3600
         print(f"{len(every)} runs, {longest:.1f} hours at most; {given.minutes:g} minutes a call")
         return
+    if given.fresh:
+        RUNS.unlink(missing_ok=True)
     if not given.table:
         run(given)
     PAGE.write_text(page(records(RUNS), given.note))

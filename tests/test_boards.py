@@ -651,6 +651,14 @@ def test_folders_and_patterns(board, tmp_path):
     done = run(tmp_path, "--out", out)
     assert done.exit_code == 0 and "2 boards" in done.stdout
     assert sorted(p.name for p in out.iterdir()) == ["board.drl", "second.txt"]
+    more = tmp_path / "more"
+    more.mkdir()
+    (more / "plated.cnc").write_bytes(board.read_bytes())
+    (more / "slots.rou").write_bytes(board.read_bytes())
+    (more / "program.nc").write_text("G21\nG81 X1 Y2 Z-1 R1\nX9\nX3\nG80\nM30\n")
+    (more / "readme.nc").write_text("not a program\n")
+    done = run(more, "--dry-run")
+    assert done.exit_code == 0 and "3 boards" in done.stdout
     assert run(tmp_path / "*.drl", "--out", out, "--force").exit_code == 0
     assert run(tmp_path / "*.xyz").exit_code == 3
     assert run(board, tmp_path / "second.txt", "--out", tmp_path / "one.drl").exit_code == 2

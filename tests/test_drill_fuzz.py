@@ -80,6 +80,11 @@ def test_a_comment_inside_a_word_keeps_the_section():
     assert "not understood" in program.notes[0]
 
 
+def test_a_vertical_tab_inside_a_word_keeps_the_section():
+    program = gcode.parse(b"G21\nG81 X1 Y2 Z-1 R2\nX5\nN3 Y\x0b7\nG80\nM30\n")
+    assert "not understood" in program.notes[0]
+
+
 def test_a_plunge_after_something_unknown_is_no_hole():
     text = b"G21\nG0 X1 Y1\n#1=2\nG1 Z-1\nG0 Z2\nG81 X1 Y1 Z-1 R1\nM30\n"
     assert len(gcode.parse(text).rows) == 1

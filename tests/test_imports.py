@@ -29,3 +29,16 @@ def test_importing_tcp_loads_no_solver():
     heavy = "{'ortools', 'pulp', 'highspy', 'numba', 'scipy', 'matplotlib', 'networkx'}"
     found = python("import sys, tcp", f"print(sorted({heavy} & set(sys.modules)))")
     assert found.strip() == "[]"
+
+
+@pytest.mark.parametrize("command", ["solve", "optimize", "experiment", "info", "check"])
+def test_the_help_of_a_command_loads_no_compiler(command):
+    heavy = "{'ortools', 'pulp', 'highspy', 'numba', 'matplotlib', 'joblib', 'distributed'}"
+    found = python(
+        "import sys",
+        "from click.testing import CliRunner",
+        "from tcp.cli.main import main",
+        f"assert CliRunner().invoke(main, ['{command}', '--help']).exit_code == 0",
+        f"print(sorted({heavy} & set(sys.modules)))",
+    )
+    assert found.strip() == "[]"

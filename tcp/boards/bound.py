@@ -10,7 +10,6 @@ import numpy as np
 from tcp.boards.chain import Candidate, Stops, ToolOrder, linker
 from tcp.boards.choose import Solved, part_rows, rank_of
 from tcp.boards.trail import Trail, follow
-from tcp.bounds.one_tree import one_tree_bound
 from tcp.files.excellon import Program
 from tcp.files.excellon.document import Ints
 from tcp.files.excellon.program import Place
@@ -59,6 +58,8 @@ def loose_bound(
     seconds : float
         Time for Held and Karp's ascent.
     """
+    from tcp.bounds.one_tree import one_tree_bound  # loads numba
+
     places = np.unique(np.stack([trail.x, trail.y])[:, trail.part == number], axis=1)
     if places.shape[1] < 3:
         return 0

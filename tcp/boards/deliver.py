@@ -12,12 +12,27 @@ from typing import Any
 from tcp.boards.optimise import Board
 from tcp.errors import InputError, OutputError, UsageError
 from tcp.files.drilling import compare, reparse
-from tcp.files.excellon.dialects import HEAD, looks_excellon
+from tcp.files.excellon.dialects import HEAD, looks_excellon, looks_gcode
 from tcp.files.excellon.settings import Hints
 from tcp.files.write import write_file
 
-SUFFIXES = {".drl", ".drd", ".xln", ".exc", ".xnc", ".ncd", ".drill", ".ngc", ".gcode"}
-"""What a folder's drill files are called; ``.txt`` ones are looked into."""
+SUFFIXES = {
+    ".drl",
+    ".drd",
+    ".xln",
+    ".exc",
+    ".xnc",
+    ".ncd",
+    ".drill",
+    ".rou",
+    ".ngc",
+    ".gcode",
+    ".gc",
+}
+"""What a folder's drill files are called."""
+
+PERHAPS = {".txt", ".nc", ".cnc", ".tap"}
+"""Files that are looked into: Altium's and gEDA's drill files, and programs of any kind."""
 
 MARK = "-optimized"
 
@@ -138,13 +153,14 @@ def _inside(folder: Path) -> Iterable[Path]:
 
 def _is_board(path: Path) -> bool:
     suffix = path.suffix.lower()
-    if suffix != ".txt":
+    if suffix not in PERHAPS:
         return suffix in SUFFIXES
     try:
         with path.open("rb") as file:
-            return looks_excellon(file.read(HEAD))
+            head = file.read(HEAD)
     except OSError:
         return False
+    return looks_excellon(head) or (suffix != ".txt" and looks_gcode(head))
 
 
 def manifest(written: Sequence[tuple[Board, Path | None]]) -> bytes:

@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import Any
 
 from tcp.boards.steady import solve_by_place
-from tcp.bounds.one_tree import one_tree_bound
 from tcp.instance import Instance
 from tcp.result import Proof, Report, Result, silent
 from tcp.solve import SMALL, refuses, sharpen, solve
@@ -161,6 +160,8 @@ def _seek_share(instance: Instance, proves: bool) -> float:
 
 def _bounded(instance: Instance, best: Answer, seconds: float) -> Answer:
     """With Held and Karp's bound, where it is the better one."""
+    from tcp.bounds.one_tree import one_tree_bound  # loads numba
+
     if best.interrupted:
         return best
     clock = Clock(Stop(seconds))

@@ -27,7 +27,7 @@ from tcp.files.excellon.program import Columns, Kind, Mark, Place, Program, Sele
 from tcp.files.excellon.settings import Hints
 
 _COMMENT = re.compile(rb"\([^()]*\)|;.*")
-_WORD = re.compile(rb"\s*([A-Za-z])\s*([+-]?(?:\d+\.?\d*|\.\d+))\s*")
+_WORD = re.compile(rb"[ \t]*([A-Za-z])[ \t]*([+-]?(?:\d+\.?\d*|\.\d+))[ \t]*")
 _LEANING = re.compile(rb"[XYIJO#xyijo]")
 _CYCLES = {"81", "82", "83", "73"}
 _STATE = {"17", "40", "49", "54", "55", "56", "57", "58", "59", "61", "64", "94", "98", "99"}
