@@ -327,6 +327,7 @@ def main() -> None:
     parser.add_argument("--jobs", type=int, default=1, choices=(1, 2), help="proofs at a time")
     parser.add_argument("--list", action="store_true", help="run nothing, show what would run")
     parser.add_argument("--table", action="store_true", help="run nothing, write the page")
+    parser.add_argument("--note", default="", help="a sentence about the machine, for the page")
     parser.add_argument("--job", help=argparse.SUPPRESS)
     given = parser.parse_args()
     if given.job:
@@ -354,7 +355,7 @@ def main() -> None:
             other = known[record["name"]]
             if str(record["cost"]) != other["optimum"]:
                 other["rounded otherwise"] = str(rounded_otherwise(record["name"]))
-    PAGE.write_text(proofs_page.page(records, known))
+    PAGE.write_text(proofs_page.page(records, known, given.note))
 
 
 if __name__ == "__main__":

@@ -63,12 +63,12 @@ def outcome(record: Record | None) -> str:
     return f"{found} ({gap(record):.2g} % at {took:.0f} s)"
 
 
-def page(records: list[Record], known: dict[str, dict[str, str]]) -> str:
-    """The whole page."""
+def page(records: list[Record], known: dict[str, dict[str, str]], note: str = "") -> str:
+    """The whole page, with a sentence about the machine."""
     by = {name: [r for r in records if r["section"] == name] for name in ("papers", "open")}
     by["closed"] = [r for r in records if r["section"] == "closed"]
     by["boards"] = [r for r in records if r["section"] == "boards"]
-    parts = [HEAD]
+    parts = [HEAD, *([note, ""] if note else [])]
     if records:
         parts += ["## What the project set itself", "", *targets(by, known), ""]
     if by["papers"]:
