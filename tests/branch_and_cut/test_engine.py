@@ -332,3 +332,15 @@ def test_costs_beyond_a_proof_are_given_up_honestly():
     result = solve(Instance(scattered(80, 80), travel), "branch-and-cut")
     assert result.bound <= result.cost
     assert result.status is Status.OPTIMAL or "gave up" in result.details
+
+
+def test_the_proof_does_not_depend_on_the_number_of_threads(monkeypatch):
+    x, y = np.random.default_rng(3).integers(0, 1000, (2, 150))
+    instance = Instance(Workpiece("random", tuple(map(str, range(150))), x, y))
+    proofs = []
+    for number in ("1", "2"):
+        monkeypatch.setenv("OMP_NUM_THREADS", number)
+        result = solve(instance, "branch-and-cut", exact=True, seed=3)
+        proofs.append((result.route, result.bound, result.details))
+    assert proofs[0] == proofs[1]
+    assert proofs[0][2]["nodes"] > 8  # local cuts and branching took part

@@ -35,6 +35,7 @@ from tcp.exact.branch_and_cut.refine import refined
 from tcp.exact.branch_and_cut.relaxation import Answer, Relaxation, SetBranch
 from tcp.exact.branch_and_cut.subtours import component_cuts, interval_cuts, minimum_cuts
 from tcp.exact.branch_and_cut.support import Support
+from tcp.fleet import threads
 from tcp.stop import Clock
 from tcp.travel import Ints
 
@@ -128,7 +129,7 @@ class Cutter:
     listen: Callable[[int, Duals], None] = lambda bound, duals: None
     improve: Callable[[Support], None] = lambda support: None
     polish: Callable[[], None] = lambda: None
-    threads: Executor = field(default_factory=lambda: ThreadPoolExecutor(2))
+    threads: Executor = field(default_factory=lambda: ThreadPoolExecutor(threads(2)))
     rounds: int = 0
 
     def __post_init__(self) -> None:

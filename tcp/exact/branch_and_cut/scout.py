@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass, field
+from functools import partial
 
 import numpy as np
 
 from tcp.exact.branch_and_cut.cutting import Incumbent
 from tcp.exact.branch_and_cut.problem import Problem
+from tcp.fleet import threads
 from tcp.heuristics.local_search import improve
 from tcp.stop import Clock, Stop
 
@@ -21,41 +24,45 @@ MOST_KICKS = 300_000
 
 @dataclass
 class Scout:
-    """Searches on from the incumbent, in a thread of its own.
+    """Searches on from the incumbent, in a thread of its own if there is a core for it.
 
     What it finds is offered when it is asked for, never before: so the proof
-    does not depend on how fast the thread was.
+    depends neither on how fast the thread was nor on there being one.
     """
 
     problem: Problem
     incumbent: Incumbent
     rng: np.random.Generator
     clock: Clock
+    _search: Callable[[], list[int]] | None = None
     _found: Future[list[int]] | None = None
     _thread: ThreadPoolExecutor = field(default_factory=lambda: ThreadPoolExecutor(1))
 
     def send(self) -> None:
-        """Begin."""
+        """Begin, at once or when it is first asked for."""
         self.clock = self.clock.part(Stop())
-        kicks = min(KICKS * self.problem.size, MOST_KICKS)
-        self._found = self._thread.submit(
+        self._search = partial(
             improve,
             self.problem.form,
             self.incumbent.tour.tolist(),
             rng=self.rng,
             clock=self.clock,
-            kicks=kicks,
+            kicks=min(KICKS * self.problem.size, MOST_KICKS),
             workers=1,
         )
+        if threads(2) > 1:
+            self._found = self._thread.submit(self._search)
 
     def hear(self) -> None:
         """Wait until it is done, and offer what it found."""
-        if self._found is not None:
-            self.incumbent.offer(np.array(self._found.result(), np.int64))
-            self._found = None
+        if self._search is not None:
+            tour = self._search() if self._found is None else self._found.result()
+            self.incumbent.offer(np.array(tour, np.int64))
+            self._search = self._found = None
 
     def recall(self) -> None:
         """Stop it at once, and offer what it has."""
         self.clock.interrupt()
-        self.hear()
+        if self._found is not None:
+            self.hear()
         self._thread.shutdown()
