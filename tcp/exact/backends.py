@@ -16,6 +16,7 @@ import subprocess
 import tempfile
 from abc import ABC, abstractmethod
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path
@@ -174,7 +175,12 @@ class Scip(Backend):
         solver.setParam("numerics/feastol", TIGHT)
         solver.setParam("limits/time", min(seconds, 1e20))
         solver.setParam("misc/catchctrlc", False)
-        _, stopped = attend(solver.optimizeNogil, watch, solver.interruptSolve)
+
+        def interrupt() -> None:
+            with suppress(Exception):  # SCIP refuses while its search begins; it is asked again
+                solver.interruptSolve()
+
+        _, stopped = attend(solver.optimizeNogil, watch, interrupt)
         status = solver.getStatus()
         if status in ("infeasible", "inforunbd"):
             return Answer(End.INFEASIBLE, math.inf, False)
