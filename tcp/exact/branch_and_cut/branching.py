@@ -61,12 +61,14 @@ class Brancher:
         places = [*self.lp.columns_of(np.array(pairs, np.int64)).tolist()]
         tries = [*(Try(k, False) for k in places), *(Try(self.lp.row_of(c), True) for c in sets)]
         cap = max(cutoff - self.lp.objective, 1e-9)
-        first = self._gains(tries, GLANCE)
+        probes = [self.lp.probe(), self.lp.probe(twin=True)]
+        first = self._gains(probes, tries, GLANCE)
         order = sorted(range(len(tries)), key=lambda k: (-_product(first[k], cap), k))
         best: Decision | None = None
         score = -1.0
+        order = order[:FINAL]
         for k, gains in zip(
-            order, self._gains([tries[k] for k in order[:FINAL]], LOOK), strict=False
+            order, self._gains(probes, [tries[k] for k in order], LOOK), strict=True
         ):
             if k < len(pairs):
                 self._learn(pairs[k], gains)
@@ -74,14 +76,15 @@ class Brancher:
                 cut = None if k < len(pairs) else sets[k - len(pairs)]
                 best = Decision(pairs[k] if cut is None else -1, cut, gains)
                 score = _product(gains, cap)
+        self.lp.iterations += sum(probe.iterations for probe in probes)
         return best
 
-    def _gains(self, tries: list[Try], iterations: int) -> list[tuple[float, float]]:
-        """What each of the tries gains below and above; every other one in a second solver."""
-        probes = [self.lp.probe(), self.lp.probe(twin=True)]
+    def _gains(
+        self, probes: list[Probe], tries: list[Try], iterations: int
+    ) -> list[tuple[float, float]]:
+        """What each of the tries gains below and above; every other one in the second solver."""
         shares = [tries[side::2] for side in range(2)]
         both = list(self.threads.map(Probe.gains, probes, shares, [iterations] * 2))
-        self.lp.iterations += sum(probe.iterations for probe in probes)
         return [both[k % 2][k // 2] for k in range(len(tries))]
 
     # -- candidates ----------------------------------------------------------
