@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 
 from tcp import Ends, Instance, Model, Rules, Status, Stop, Travel, Workpiece, solve
 from tcp.errors import UsageError
+from tcp.exact.branch_and_cut.relaxation import Answer, Relaxation
 from tcp.files.certificate import to_text
 from tcp.result import Proof
 from tcp.stop import StopReason
@@ -344,3 +345,34 @@ def test_the_proof_does_not_depend_on_the_number_of_threads(monkeypatch):
         proofs.append((result.route, result.bound, result.details))
     assert proofs[0] == proofs[1]
     assert proofs[0][2]["nodes"] > 8  # local cuts and branching took part
+
+
+@pytest.mark.parametrize("every", [2, 3])
+def test_a_simplex_run_that_loses_its_way_is_made_again(monkeypatch, every):
+    instance = Instance(scattered(60, 11), Travel(Model.EUCLIDEAN))
+    plain = verified(instance)
+    runs = losing_its_way(monkeypatch, lambda count: count % every == 0)
+    verdict = verified(instance)
+    assert (verdict.lower, verdict.upper) == (plain.lower, plain.upper)
+    assert len(runs) > every
+
+
+def test_a_simplex_method_that_is_lost_for_good_ends_the_search_and_says_so(monkeypatch):
+    losing_its_way(monkeypatch, lambda count: count > 4)
+    result = solve(Instance(scattered(60, 11), Travel(Model.EUCLIDEAN)), "branch-and-cut")
+    assert (result.status, result.stopped) == (Status.FEASIBLE, StopReason.COMPLETED)
+    assert "too coarse" in result.details["gave up"]
+    assert 0 < result.bound < result.cost
+
+
+def losing_its_way(monkeypatch, lost):
+    """Let the simplex runs whose number ``lost`` says be lost; returns the list of all runs."""
+    real, runs = Relaxation._run, []
+
+    def run(self, strategy):
+        runs.append(strategy)
+        answer = real(self, strategy)
+        return Answer.LOST if lost(len(runs)) else answer
+
+    monkeypatch.setattr(Relaxation, "_run", run)
+    return runs

@@ -159,8 +159,8 @@ class Cutter:
                     return result
                 history.clear()
                 continue
-            stop = answer is Answer.LIMIT or self.clock.reason() is not None
-            support = None if answer is Answer.LIMIT else self._support()
+            stop = answer is not Answer.OPTIMAL or self.clock.reason() is not None
+            support = self._support() if answer is Answer.OPTIMAL else None
             pending = False
             if support is not None and not stop and not self._reached():
                 unpriced += 1
@@ -168,8 +168,9 @@ class Cutter:
                 if pending and unpriced < PRICE_EVERY:
                     continue
                 self._offer_integral(support)
+            lost = answer is Answer.LOST
             if not self.lp.solved:
-                return NodeResult(None, None, stopped=True)
+                return NodeResult(None, None, stopped=True, stuck=lost)
             unpriced = 0
             duals = self.lp.duals()
             found = verdict(self.problem, duals, fixings, self.alive)
@@ -181,7 +182,7 @@ class Cutter:
             if self._closes(best[2]):
                 return NodeResult(best[1], best[2], closed=True)
             if stop:
-                return NodeResult(best[1], best[2], stopped=True)
+                return NodeResult(best[1], best[2], stopped=True, stuck=lost)
             if self._admit(found):
                 history.clear()
             elif not pending:

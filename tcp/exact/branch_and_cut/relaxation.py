@@ -37,6 +37,18 @@ class Answer(Enum):
     OPTIMAL = "optimal"
     INFEASIBLE = "infeasible"
     LIMIT = "limit"
+    LOST = "lost"
+
+
+ANSWERS = {
+    highspy.HighsModelStatus.kOptimal: Answer.OPTIMAL,
+    highspy.HighsModelStatus.kInfeasible: Answer.INFEASIBLE,
+    highspy.HighsModelStatus.kTimeLimit: Answer.LIMIT,
+}
+"""What the simplex method says; anything else it says when it has lost its way."""
+
+DUAL, PRIMAL = 1, 4
+"""HiGHS's numbers of the two simplex methods."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -303,20 +315,23 @@ class Relaxation:
     def solve(self, seconds: float = float("inf")) -> Answer:
         """Run the simplex method to the end (or the time limit) and read the solution."""
         h = self._h
-        h.setOptionValue("simplex_strategy", 4 if self._columns_are_new else 1)
         limit = highspy.kHighsInf if seconds == float("inf") else h.getRunTime() + seconds
         h.setOptionValue("time_limit", limit)
-        h.run()
-        status = h.getModelStatus()
-        info = h.getInfo()
-        self.iterations += max(0, info.simplex_iteration_count)
+        answer = self._run(PRIMAL if self._columns_are_new else DUAL)
         self._columns_are_new = False
-        if status == highspy.HighsModelStatus.kInfeasible:
-            return Answer.INFEASIBLE
-        if status != highspy.HighsModelStatus.kOptimal:
-            return Answer.LIMIT
-        self._read(info.objective_function_value)
-        return Answer.OPTIMAL
+        if answer is Answer.LOST:
+            h.clearSolver()
+            answer = self._run(DUAL)
+        if answer is Answer.OPTIMAL:
+            self._read(h.getInfo().objective_function_value)
+        return answer
+
+    def _run(self, strategy: int) -> Answer:
+        """One run from the current basis; lost where rounding errors leave no clear answer."""
+        self._h.setOptionValue("simplex_strategy", strategy)
+        self._h.run()
+        self.iterations += max(0, self._h.getInfo().simplex_iteration_count)
+        return ANSWERS.get(self._h.getModelStatus(), Answer.LOST)
 
     def _read(self, objective: float) -> None:
         solution = self._h.getSolution()

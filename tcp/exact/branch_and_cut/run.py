@@ -208,7 +208,7 @@ class _Engine:
             details={
                 "nodes": len(tree.nodes),
                 "rounds": tree.cutter.rounds,
-                **({"gave up": "costs too fine for 62-bit proofs"} if tree.stuck else {}),
+                **({"gave up": "the LP's numbers are too coarse here"} if tree.stuck else {}),
                 "simplex_iterations": lp.iterations,
                 "rows": len(lp.cuts),
                 "columns": len(lp.keys),
