@@ -47,7 +47,9 @@ SOLVERS: Mapping[str, Entry] = {
         "tcp.exact.branch_and_cut.run", exact=True, libraries=("highspy", "numba", "scipy")
     ),
     "cp-sat": Entry("tcp.exact.cp_sat", exact=True, libraries=("ortools",)),
-    "local-search": Entry("tcp.heuristics.local_search", exact=False, libraries=("numba",)),
+    "local-search": Entry(
+        "tcp.exact.local_search", exact=False, libraries=("numba", "highspy", "scipy")
+    ),
     "routing": Entry("tcp.exact.routing", exact=True, libraries=("ortools",)),
     "htga": Entry("tcp.heuristics.htga", exact=False, libraries=("numba",)),
     "cuckoo": Entry("tcp.heuristics.cuckoo", exact=False, libraries=("numba",)),

@@ -4,6 +4,7 @@ O(n) memory, whole-number costs, every kind of ends: see :func:`improve`, which
 the exact solvers and the board optimiser call as well.
 """
 
+from tcp.heuristics.local_search.anneal import Join
 from tcp.heuristics.local_search.run import improve, refusal, respects, run
 
-__all__ = ["improve", "refusal", "respects", "run"]
+__all__ = ["Join", "improve", "refusal", "respects", "run"]

@@ -11,17 +11,18 @@ are worked on at a time; what becomes of them does not depend on that.
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from concurrent.futures import Executor, ThreadPoolExecutor
 from functools import partial
 
 import numpy as np
 
-from tcp.heuristics.local_search.ground import Ground, Small
+from tcp.heuristics.local_search.ground import Ground, Small, length
 from tcp.heuristics.local_search.population import Population
 from tcp.heuristics.local_search.starts import greedy
 from tcp.heuristics.local_search.stream import Stream
 from tcp.result import Progress, Report
-from tcp.stop import Clock
+from tcp.stop import Clock, Stop
 from tcp.travel import Ints
 
 HEAT = 0.3
@@ -54,6 +55,15 @@ PROBE = 300
 SLICE, GULP = 0.04, 1_000
 """Seconds, and most kicks of a member, between two looks at the clock."""
 
+JOINED = 10
+"""Most members of a bred population that are joined."""
+
+JOINING = 0.1
+"""Share of the time limit that joining may take."""
+
+Join = Callable[[Sequence[Ints], Clock], Ints]
+"""Makes one tour of several, the best of them first, by an exact method; never a longer one."""
+
 
 class Search:
     """Tours, clock and news; see the module."""
@@ -65,8 +75,10 @@ class Search:
         rng: np.random.Generator,
         clock: Clock,
         report: Report,
+        join: Join | None = None,
     ):
         self.ground, self.rng, self.clock, self.report = ground, rng, clock, report
+        self.join = join
         self.first = Stream(ground, order, self._seeds(1)[0])
         self.tried = 0
         self.best, self.cost = self.first.best, self.first.cost
@@ -123,6 +135,18 @@ class Search:
                 self._offer(*members[-1], "member")
         population = Population(self.ground, members)
         population.breed(self.rng, pool, clock, partial(self._offer, note="bred"))
+        if self.join is not None and clock.reason(self.cost) is None:
+            self._join(population, self.join)
+
+    def _join(self, population: Population, join: Join) -> None:
+        """Offer a tour over the edges of the best members."""
+        label, limit = self.ground.label, self.clock.stop.time
+        ranked = np.argsort(population.costs, kind="stable")[:JOINED]
+        clock = self.clock.part(Stop(None if limit is None else JOINING * limit))
+        tour = join([label[population.orders[m]] for m in ranked], clock)
+        number = np.empty(label.size, np.int32)
+        number[label] = np.arange(label.size)
+        self._offer(number[tour], int(length(self.ground.costs, number[tour])), "joined")
 
     def _raise(self, seed: int, kicks: int, until: float) -> Stream | None:
         """A tour from a start of its own; None if it is too late for one."""

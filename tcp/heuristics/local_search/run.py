@@ -12,7 +12,7 @@ import numpy as np
 from tcp.errors import InfeasibleError
 from tcp.fleet import threads
 from tcp.heuristics.local_search import neighbours, starts
-from tcp.heuristics.local_search.anneal import FEW, Search
+from tcp.heuristics.local_search.anneal import FEW, Join, Search
 from tcp.heuristics.local_search.linking import linked_tour, panel_of
 from tcp.heuristics.local_search.survey import survey
 from tcp.instance import Ends, Instance, TourForm
@@ -48,6 +48,7 @@ def run(
     report: Report,
     workers: int | None = None,
     panels: bool = True,
+    join: Join | None = None,
 ) -> Outcome:
     """Find a short route; see :func:`improve`.  Never proves anything.
 
@@ -71,7 +72,7 @@ def run(
             start = linked_tour(form, panel, search, clock, clock.stop.iterations)
             details["panel"] = panel.describe()
             report(Progress(clock.elapsed, form.tour_cost(start), note="panel"))
-        tour = improve(form, start, rng=rng, clock=clock, report=report, workers=workers)
+        tour = improve(form, start, rng=rng, clock=clock, report=report, workers=workers, join=join)
     except InfeasibleError as reason:
         return Outcome(None, infeasible=True, details={"reason": str(reason)})
     stopped = clock.reason(form.tour_cost(tour)) or StopReason.COMPLETED
@@ -89,6 +90,7 @@ def improve(
     report: Report = silent,
     kicks: int | None = None,
     workers: int | None = None,
+    join: Join | None = None,
 ) -> list[int]:
     """A short tour over ``form``, never worse than the one given.
 
@@ -111,6 +113,8 @@ def improve(
     workers : int, optional
         Threads to use; what is found with a number of kicks does not depend on it.
         Default: two, where this process has so many cores (:func:`tcp.fleet.threads`).
+    join : callable, optional
+        Joins the best members of a bred population (:func:`tcp.exact.join.join`).
 
     Returns
     -------
@@ -137,7 +141,7 @@ def improve(
         number = np.empty(form.size, np.int32)
         number[ground.label] = np.arange(form.size)
         order = starts.with_forced(ground, number[np.asarray(tour, np.int64)])
-    search = Search(ground, order, rng, clock, report)
+    search = Search(ground, order, rng, clock, report, join)
     search.descend()
     limit = clock.stop.iterations if kicks is None else kicks
     if limit is None and clock.stop.time is None:
