@@ -203,21 +203,22 @@ def prove(job: Job) -> Record:
 
     instance = instance_of(job)
     with tempfile.TemporaryDirectory() as folder:
-        proof = Path(folder) / "proof.cert.json.gz"
 
-        def run() -> tuple[Any, float, float]:
+        def run(name: str) -> tuple[Any, float, float]:
+            proof = Path(folder) / f"{name}.cert.json.gz"
             wall, cpu = time.perf_counter(), time.process_time()
             stop = Stop(time=job.limit, gap=job.enough or None)
             result = solve(instance, "branch-and-cut", stop=stop, exact=True, certificate=proof)
             return result, time.perf_counter() - wall, time.process_time() - cpu
 
-        result, wall, cpu = run()
+        result, wall, cpu = run("first")
         first, extra = wall, Record()
+        proof = result.certificate
         size, check = proof.stat().st_size, time.process_time()
         verdict = checker.check(checker.unzip(proof), None, instance.sha256)
         check = time.process_time() - check
         if job.section == "papers":
-            _, walls, cpus = zip(*(run() for _ in range(REPEATS)), strict=True)
+            _, walls, cpus = zip(*(run(f"again-{k}") for k in range(REPEATS)), strict=True)
             wall, cpu = statistics.median(walls), statistics.median(cpus)
             extra = {"first_seconds": round(first, 3), "repeats": REPEATS}
             if job.name == "wp3":
