@@ -88,6 +88,18 @@ def test_a_given_tour_is_never_worsened_and_rules_are_kept():
     assert form.tour_cost(again) <= form.tour_cost(tour)
 
 
+@pytest.mark.parametrize("ends", ENDS, ids=str)
+def test_a_given_tour_is_not_worsened_wherever_it_begins_and_in_either_direction(ends):
+    form = Instance(scattered(60, seed=2), ends=ends).form
+    rng, clock = np.random.default_rng(3), Clock(Stop())
+    tour = np.array(improve(form, None, rng=rng, clock=clock, kicks=3_000))
+    cost = form.tour_cost(tour)
+    for order in (tour, tour[::-1]):
+        for at in range(form.size):
+            again = improve(form, np.roll(order, at), rng=rng, clock=clock, kicks=0)
+            assert form.tour_cost(again) <= cost
+
+
 def test_rules_without_a_route_are_infeasible():
     for together in (((0, 1), (1, 2), (0, 2)), ((0, 1), (0, 2), (0, 3))):
         instance = Instance(scattered(9), rules=Rules(together=together))

@@ -55,10 +55,18 @@ def curve(g: Ground) -> Small:
 
 
 def with_forced(g: Ground, order: Small) -> Small:
-    """The order with every chain of forced edges made contiguous, where its first node stands."""
-    if not (g.mates >= 0).any():
-        return order.astype(np.int32)
-    return _with_forced(g.mates, order.astype(np.int32))
+    """The order with every chain of forced edges made contiguous, where its first node stands.
+
+    A cyclic order that has all forced edges stays as it is.
+    """
+    order = order.astype(np.int32)
+    node, k = np.nonzero(g.mates >= 0)
+    place = np.empty_like(order)
+    place[order] = np.arange(order.size, dtype=np.int32)
+    apart = np.abs(place[node] - place[g.mates[node, k]])
+    if np.isin(apart, (1, order.size - 1)).all():
+        return order
+    return _with_forced(g.mates, order)
 
 
 def _link_by_cost(links: Small, root: Small, u: Ints, v: Ints, cost: NDArray[Any]) -> None:
@@ -170,8 +178,8 @@ def _with_forced(mates: Any, order: Any) -> Any:
     for v in order:
         if done[v]:
             continue
-        last, end = -1, v  # walk to one end of v's chain ...
-        while True:
+        last, end = -1, v  # walk to one end of v's chain, unless v is one ...
+        while mates[v, 1] >= 0:
             step = mates[end, 0] if mates[end, 0] != last else mates[end, 1]
             if step < 0 or step == v:
                 break
