@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from tcp import Ends, Instance, Model, Rules, Stop, Travel, Workpiece, solve
+from tcp.exact.branch_and_cut.problem import Problem
 from tcp.exact.join import Core, join
 from tcp.heuristics.local_search import improve, respects
 from tcp.stop import Clock
@@ -113,7 +114,7 @@ def test_equal_tours_leave_nothing_open():
 def test_shared_paths_come_back_in_either_direction():
     form = Instance(scattered(50, 3), Travel()).form
     tours = random_tours(form, 3, np.random.default_rng(3), 7)
-    core = Core.of(form, tours)
+    core = Core.of(Problem(form, 1), tours)
     assert 4 <= len(core.at) < form.size
     for tour in (core.start, core.start[::-1], np.roll(core.start, 5)):
         whole = core.expand(tour)

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -59,19 +60,19 @@ class Core:
     union: Ints
 
     @classmethod
-    def of(cls, form: TourForm, tours: Sequence[Ints]) -> Core:
+    def of(cls, problem: Problem, tours: Sequence[Ints]) -> Core:
         """What ``tours``, the best of them first, leave open."""
-        used = [_edges(form.size, tour) for tour in tours]
+        used = [problem.keys(tour, np.roll(tour, -1)) for tour in tours]
         union, count = np.unique(np.concatenate(used), return_counts=True)
         common = np.isin(used[0], union[count == len(tours)])
-        kept = ~(common & np.roll(common, 1)) | (tours[0] == form.virtual)
+        kept = ~(common & np.roll(common, 1)) | (tours[0] == problem.form.virtual)
         at = np.flatnonzero(kept)
         nodes = np.sort(tours[0][at])
-        ends = np.column_stack(np.divmod(union, form.size))
+        ends = np.column_stack(problem.pairs(union))
         ends = ends[np.isin(ends, nodes).all(axis=1)]
         return cls(tours[0], at, common[at], nodes, np.searchsorted(nodes, ends))
 
-    @property
+    @cached_property
     def start(self) -> Ints:
         """The best tour over what is left, as numbers of the smaller form."""
         return np.searchsorted(self.nodes, self.tour[self.at])
@@ -135,11 +136,11 @@ def join(form: TourForm, tours: Sequence[Ints], clock: Clock, granularity: int =
         A tour over the form, never longer than the first; that one itself where nothing
         shorter is found.
     """
-    best = tours[0]
-    core = Core.of(form, tours)
+    best, whole = tours[0], Problem(form, granularity)
+    core = Core.of(whole, tours)
     while len(core.at) > MOST and len(tours) > 2:
         tours = tours[: (len(tours) + 1) // 2]
-        core = Core.of(form, tours)
+        core = Core.of(whole, tours)
     if not LEAST <= len(core.at) <= MOST:
         return best
     problem = Problem(core.form(form), granularity)
@@ -156,13 +157,7 @@ def join(form: TourForm, tours: Sequence[Ints], clock: Clock, granularity: int =
     )
     Tree(cutter).run()
     found = core.expand(incumbent.tour)
-    return found if form.tour_cost(found.tolist()) < form.tour_cost(best.tolist()) else best
-
-
-def _edges(size: int, tour: Ints) -> Ints:
-    """One number an edge of the tour, ``min * size + max``."""
-    following = np.roll(tour, -1)
-    return np.minimum(tour, following) * size + np.maximum(tour, following)
+    return found if form.tour_cost(found) < form.tour_cost(best) else best
 
 
 def _tuples(pairs: Ints) -> tuple[tuple[int, int], ...]:

@@ -143,10 +143,8 @@ class Search:
         label, limit = self.ground.label, self.clock.stop.time
         ranked = np.argsort(population.costs, kind="stable")[:JOINED]
         clock = self.clock.part(Stop(None if limit is None else JOINING * limit))
-        tour = join([label[population.orders[m]] for m in ranked], clock)
-        number = np.empty(label.size, np.int32)
-        number[label] = np.arange(label.size)
-        self._offer(number[tour], int(length(self.ground.costs, number[tour])), "joined")
+        order = self.ground.order(join([label[population.orders[m]] for m in ranked], clock))
+        self._offer(order, int(length(self.ground.costs, order)), "joined")
 
     def _raise(self, seed: int, kicks: int, until: float) -> Stream | None:
         """A tour from a start of its own; None if it is too late for one."""

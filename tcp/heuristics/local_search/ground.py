@@ -58,6 +58,12 @@ class Ground(NamedTuple):
         """The virtual node, -1 where there is none."""
         return int(self.rule[VIRTUAL])
 
+    def order(self, tour: Ints) -> Small:
+        """A tour of the form, all nodes by their numbers there, as an order of this ground."""
+        number = np.empty(self.size, np.int32)
+        number[self.label] = np.arange(self.size)
+        return number[tour]
+
     @property
     def costs(self) -> tuple[Ints, Ints, Ints]:
         """What :func:`price` takes: ``rule``, ``xy`` and ``pairs``."""

@@ -1,11 +1,10 @@
-"""The solver ``local-search``: survey, start, search, kicks, until the clock says stop."""
+"""One run of the route engine: survey, start, search, kicks, until the clock says stop."""
 
 from __future__ import annotations
 
 import itertools
 from collections.abc import Sequence
 from functools import cache
-from typing import Any
 
 import numpy as np
 
@@ -13,11 +12,10 @@ from tcp.errors import InfeasibleError
 from tcp.fleet import threads
 from tcp.heuristics.local_search import neighbours, starts
 from tcp.heuristics.local_search.anneal import FEW, Join, Search
-from tcp.heuristics.local_search.linking import linked_tour, panel_of
 from tcp.heuristics.local_search.survey import survey
 from tcp.instance import Ends, Instance, TourForm
-from tcp.result import Outcome, Progress, Report, silent
-from tcp.stop import Clock, Stop, StopReason
+from tcp.result import Report, silent
+from tcp.stop import Clock, Stop
 from tcp.workpiece import Workpiece
 
 TINY = 8
@@ -33,52 +31,6 @@ WIDTH, NARROW = 8, 7
 """Candidates of a node, and on boards of more than :data:`LARGE` nodes."""
 
 LARGE = 150_000
-
-
-def refusal(instance: Instance) -> str | None:
-    """Why this solver cannot take the instance: it takes every one."""
-    return None
-
-
-def run(
-    instance: Instance,
-    *,
-    rng: np.random.Generator,
-    clock: Clock,
-    report: Report,
-    workers: int | None = None,
-    panels: bool = True,
-    join: Join | None = None,
-) -> Outcome:
-    """Find a short route; see :func:`improve`.  Never proves anything.
-
-    With ``panels``, holes that are copies of one board are recognised: the
-    board is solved once, its copies are linked, and the search goes on from there.
-    """
-    form = instance.form
-    details: dict[str, Any] = {}
-
-    def search(
-        form: TourForm, tour: Sequence[int] | None, clock: Clock, kicks: int | None
-    ) -> list[int]:
-        return improve(form, tour, rng=rng, clock=clock, kicks=kicks, workers=workers)
-
-    try:
-        start = None
-        panel = panel_of(form) if panels else None
-        if panel is not None:
-            with clock.paused():
-                warm_up()
-            start = linked_tour(form, panel, search, clock, clock.stop.iterations)
-            details["panel"] = panel.describe()
-            report(Progress(clock.elapsed, form.tour_cost(start), note="panel"))
-        tour = improve(form, start, rng=rng, clock=clock, report=report, workers=workers, join=join)
-    except InfeasibleError as reason:
-        return Outcome(None, infeasible=True, details={"reason": str(reason)})
-    stopped = clock.reason(form.tour_cost(tour)) or StopReason.COMPLETED
-    if not respects(form, tour):
-        return Outcome(None, stopped=stopped, details=details)
-    return Outcome(instance.route(tour), stopped=stopped, details=details)
 
 
 def improve(
@@ -138,9 +90,7 @@ def improve(
     if tour is None:
         order = starts.greedy(ground)
     else:
-        number = np.empty(form.size, np.int32)
-        number[ground.label] = np.arange(form.size)
-        order = starts.with_forced(ground, number[np.asarray(tour, np.int64)])
+        order = starts.with_forced(ground, ground.order(np.asarray(tour, np.int64)))
     search = Search(ground, order, rng, clock, report, join)
     search.descend()
     limit = clock.stop.iterations if kicks is None else kicks
