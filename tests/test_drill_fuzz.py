@@ -56,6 +56,11 @@ def test_a_hole_whose_line_ends_the_rout_mode_is_a_unit_of_its_own():
         HEAD + b"X1Y1\nM25\nX3.Y4.\nM01\nM02X1.5M70\nM08\nX0.Y0.",
         HEAD + b"G91\nX1Y1\nX1\nG00X1Y1\nM15\nG90\nG01X9Y9\nM16\nG05\nX1Y1\nX2\nM30\n",
         HEAD + b"X1Y1\nX2\nG00X1\nM15\nG91\nG01X9Y9\nM16\nG05\nX1Y1\nX2\nM30\n",
+        HEAD + b"M25\nX3Y4\nM01\nM02X1.5\nX3Y4\nX3\nM01\nM30\n",
+        HEAD + b"X3Y4G82X5Y4\nX9Y9\nX3Y4\nX7\nM30\n",
+        HEAD + b"X1Y1\nT0\nG00X9Y9\nG05\nT1\nX5\nX1Y1\nM30\n",
+        HEAD[:-3]
+        + b"G00X1Y1\nG05\nT1\nM25\nX5\nM01\nM02X1\nM08\nM25\nX3Y3\nM01\nM02X1\nM08\nM30\n",
     ],
     ids=[
         "a path across a block",
@@ -64,6 +69,10 @@ def test_a_hole_whose_line_ends_the_rout_mode_is_a_unit_of_its_own():
         "no last line end",
         "a path that ends in G90",
         "a path that ends in G91",
+        "a block ended by a hit that the next hit leans on",
+        "a hit that leans on the place where a canned cycle stands",
+        "a hit that leans on a lone G00",
+        "a block that leans on a lone G00",
     ],
 )
 def test_blocks_and_paths_that_the_fuzzer_made(text):

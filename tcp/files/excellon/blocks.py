@@ -42,12 +42,18 @@ def folded(program: Program) -> Program:
     routes = {int(place[row]): moves for row, moves in program.routes.items()}
     routes |= {row: _motions(program, b) for row, b in zip(at, blocks, strict=True)}
     times = program.times()
+    behind = {b.last for b in blocks}  # the block itself, as a unit, leaves its place open
     inside = {row for b in blocks for row in range(b.first, b.last)}
     return replace(
         program,
         rows=_columns(program, keep, at, blocks, routes),
         repeats={int(place[r]): v for r, v in program.repeats.items() if r not in inside},
         routes=routes,
+        jumps={
+            int(place[row]): here
+            for row, here in program.jumps.items()
+            if keep[row] and not (here is None and row in behind)
+        },
         patterns=tuple(
             replace(p, first=int(place[p.first]), last=int(place[p.last - 1]) + 1)
             for p in program.patterns

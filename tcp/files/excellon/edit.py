@@ -157,8 +157,9 @@ def expand(program: Program) -> tuple[bytes, tuple[str, ...]]:
         What had to stay as it is, and why.
     """
     writer, notes, out, at, row = _Expander(program), [], [], 0, 0
+    ends = {pattern.lines[1] for pattern in program.patterns}
     for pattern in program.patterns:
-        reason = _stubborn(program, pattern)
+        reason = _stubborn(program, pattern, pattern.lines[0] in ends)
         if reason:
             notes.append(reason)
             continue
@@ -170,14 +171,16 @@ def expand(program: Program) -> tuple[bytes, tuple[str, ...]]:
     return b"".join(out), tuple(notes)
 
 
-def _stubborn(program: Program, pattern: Pattern) -> str | None:
-    """Why a pattern cannot be written out; None if it can."""
+def _stubborn(program: Program, pattern: Pattern, shared: bool) -> str | None:
+    """Why a pattern (``shared``: its first line ends another) cannot be written out, if so."""
     rows, part = program.rows, slice(pattern.first, pattern.last)
     line, reason = pattern.lines[0] + 1, None
     if not set(rows.kind[part].tolist()) <= {Kind.HIT, Kind.SLOT}:
         reason = "it routs"
     elif (rows.mark[part] & Mark.INCREMENTAL).any():
         reason = "its coordinates are incremental"
+    elif shared:
+        reason = "its first line also ends the pattern before"
     elif not _only_pattern(program, pattern):
         reason = "other commands stand inside"
     return None if reason is None else f"line {line}: the pattern is not expanded, because {reason}"
@@ -228,6 +231,8 @@ class _Expander(Writer):
 
     def _expanded(self, row: int) -> bytes:
         """A unit of the original; one with repeats as so many lines."""
+        self._come_to(row)
+        self.slot = row
         if row not in self.program.repeats:
             text = self.unit(Turn(row))
             self.at = self._end(Turn(row))

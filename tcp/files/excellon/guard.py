@@ -67,8 +67,13 @@ def work(program: Program) -> Ints:
     resolution compare.
     """
     table = np.stack([c.astype(np.int64) for c in _table(program)], axis=1)
-    table[:, 2:] *= int(10**PLACES * program.step / program.units.in_mm)
+    table[:, 2:] *= _finer(program)
     return table[np.lexsort(table.T[::-1])]
+
+
+def _finer(program: Program) -> int:
+    """Units of ``10**-PLACES`` to one of a file's own."""
+    return int(10**PLACES * program.step / program.units.in_mm)
 
 
 def _same_work(before: Program, after: Program) -> bool:
@@ -169,9 +174,12 @@ def _difference(before: Program, after: Program) -> tuple[list[str], list[str]]:
 
 def paths(program: Program) -> Counter[tuple[int, tuple[Motion, ...]]]:
     """Routed paths and canned cycles by tool, each as its moves; straight ones by their ends."""
-    rows, found = program.rows, Counter[tuple[int, tuple[Motion, ...]]]()
+    rows, found, finer = program.rows, Counter[tuple[int, tuple[Motion, ...]]](), _finer(program)
     for row, moves in program.routes.items():
-        bare = tuple(Motion(m.code, m.x, m.y, m.arc) for m in moves)
+        bare = tuple(
+            Motion(m.code, m.x * finer, m.y * finer, tuple((k, v * finer) for k, v in m.arc))
+            for m in moves
+        )
         if not rows.mark[row] & Mark.FREE:
             found[int(rows.tool[row]), bare] += 1
     return found

@@ -143,7 +143,7 @@ class Style:
                 return sign + self._shorten(bare)
         bare = b"%0*d" % (self.places + 1, abs(value))
         cut = len(bare) - self.places
-        return sign + bare[:cut] + b"." + (bare[cut:].rstrip(b"0") or b"0")
+        return sign + bare[:cut] + b"." + (bare[cut:].rstrip(b"0") or bare[cut : cut + 1])
 
     def _shorten(self, bare: bytes) -> bytes:
         if self.zeros is Zeros.LZ:

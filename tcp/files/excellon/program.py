@@ -195,6 +195,10 @@ class Program:
         Step-and-repeat blocks.
     selections : tuple of Selection
         Tool selections in file order.
+    jumps : mapping of row to place
+        Where the machine is when it comes to a unit, for units that do not begin where the
+        unit before ends: the first one, and those behind a line that moves the machine
+        without work (M02, a lone G00).  None where the file leaves it open.
     notes : tuple of str
         Warnings and choices worth telling.
     weights : mapping of row to int
@@ -212,6 +216,7 @@ class Program:
     routes: Mapping[int, tuple[Motion, ...]]
     patterns: tuple[Pattern, ...]
     selections: tuple[Selection, ...]
+    jumps: Mapping[int, Place | None] = field(default_factory=dict)
     notes: tuple[str, ...] = field(default=())
     weights: Mapping[int, int] = field(default_factory=dict)
 

@@ -121,6 +121,7 @@ class Reader(Routing):
             return 0
         x, has_x = _axis(words, values, words.is_x, self.x)
         y, has_y = _axis(words, values, ~words.is_x, self.y)
+        self._begin()
         n = words.lines
         first = np.arange(at, at + n)
         mark = np.where(has_x & has_y, int(Mark.COMPLETE), 0)
@@ -305,6 +306,10 @@ class Reader(Routing):
             repeats={
                 row: tuple(Repeat(r.count, r.dx // finer, r.dy // finer, r.line) for r in found)
                 for row, found in self.repeats.items()
+            },
+            jumps={
+                row: None if here is None else (here[0] // finer, here[1] // finer)
+                for row, here in self.jumps.items()
             },
             routes={row: _coarsen(moves, finer) for row, moves in self.routes.items()},
             patterns=self._patterns(rows, finer),

@@ -142,9 +142,8 @@ class Writer:
     def __init__(self, program: Program):
         self.program, self.rows = program, program.rows
         self.starts = program.document.starts
-        self.at: Place | None = None
-        self.lost = {p.last - 1 for p in program.patterns}
-        self.lost |= set(np.flatnonzero(program.rows.kind == Kind.BLOCK).tolist())
+        self.at: Place | None = None  # None: unknown, so what comes next must name both axes
+        self.slot = -1
 
     def write(self, plan: Plan) -> bytes:
         """The bytes of a plan."""
@@ -160,7 +159,9 @@ class Writer:
         """Units in the places of others: copied all at once where none has to be rewritten."""
         rows, n = put.order.rows, len(put.order)
         slots = np.arange(put.slot, put.slot + n)
+        self._come_to(put.slot)
         kept = np.array_equal(rows, slots) and not put.order.reverse.any()
+        self.slot = put.slot + n - 1
         if kept and self._before(put.slot) == self.at:
             self.at = self._end(Turn(put.slot + n - 1))
             return self.program.document.text(self.rows.first[put.slot], self.rows.last[slots[-1]])
@@ -196,14 +197,21 @@ class Writer:
         return int(self.rows.x2[row]), int(self.rows.y2[row])
 
     def _end(self, turn: Turn) -> Place | None:
-        """Where a unit leaves the machine; nobody knows behind a block's last copy."""
-        if self.rows.kind[turn.row] == Kind.BLOCK:
+        """Where a unit leaves the machine; nobody knows behind a block or a canned cycle."""
+        if self.rows.kind[turn.row] in (Kind.BLOCK, Kind.CANNED):
             return None
         return self._first(turn.row) if turn.reverse else self._last(turn.row)
 
     def _before(self, row: int) -> Place | None:
         """Where the machine is in the original when it comes to a unit."""
-        return self._last(row - 1) if row and row - 1 not in self.lost else None
+        if row in self.program.jumps or not row:
+            return self.program.jumps.get(row)
+        return self._end(Turn(row - 1))
+
+    def _come_to(self, slot: int) -> None:
+        """The text before a place may move the machine, whatever unit stood before that text."""
+        if slot == self.slot + 1 and slot in self.program.jumps:
+            self.at = self.program.jumps[slot]
 
     def unit(self, turn: Turn) -> bytes:
         """Text of a unit, rewritten only where it must be."""
@@ -211,7 +219,8 @@ class Writer:
         text = self.program.document.text(first, self.rows.last[row])
         if turn.reverse:
             return self._reversed(row)
-        if self.rows.mark[row] & Mark.COMPLETE or self._before(row) == self.at:
+        kept = self.at is not None and self._before(row) == self.at
+        if self.rows.mark[row] & Mark.COMPLETE or kept:
             return text
         line = self.program.routes[row][0].line if row in self.program.routes else first
         begin, stop = (int(self.starts[at] - self.starts[first]) for at in (line, line + 1))
@@ -221,7 +230,8 @@ class Writer:
         """A line with its first coordinates written anew."""
         x, y = place
         if self.rows.mark[row] & Mark.INCREMENTAL:
-            px, py = self.at or (0, 0)
+            assert self.at is not None, "a step from nowhere, which the reader refuses"
+            px, py = self.at
             x, y = x - px, y - py
         return AXES.sub(self._text(x, y), line, count=1)
 

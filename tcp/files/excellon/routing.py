@@ -27,6 +27,8 @@ class Routing(Patterns):
             if not self.open:
                 self._barrier()
             return
+        if not self.open:
+            self._begin()
         x, y = self._place(found.get("X"), found.get("Y"))
         arc = tuple((k, self.settings.value(found[k], self.at + 1)) for k in "AIJ" if k in found)
         if not self.open:
@@ -105,6 +107,7 @@ class Routing(Patterns):
             self.refuse(f"G{code:02d} behind coordinates is not understood; expected G85")
         if self.incremental:
             self.refuse(f"G{code} in incremental mode is not understood")
+        self._begin()
         x1, y1 = self._place(start.get("X"), start.get("Y"))
         complete = Mark.COMPLETE if len(start) == 2 else Mark(0)
         if code == 85:

@@ -20,6 +20,7 @@ from tcp.files.excellon.program import (
     Mark,
     Motion,
     Pattern,
+    Place,
     Repeat,
     Selection,
     Tool,
@@ -55,6 +56,7 @@ class State:
         self.columns = tuple(array(code) for code in "biqqqqiiii")
         self.barrier = 0
         self.singly = 0  # lines before this one are read one by one
+        self.jumps: dict[int, Place | None] = {}
         self.repeats: dict[int, list[Repeat]] = {}
         self.routes: dict[int, tuple[Motion, ...]] = {}
         self.open: list[Motion] = []
@@ -102,6 +104,17 @@ class State:
         assert self.x is not None and self.y is not None
         return self.x, self.y
 
+    def _begin(self) -> None:
+        """A unit begins: note where the machine is, if not where the last unit left it."""
+        row = len(self.columns[0])
+        here = None if self.x is None or self.y is None else (self.x, self.y)
+        if here is None and self.incremental and not row:
+            here = (0, 0)
+        left = (self.columns[4][-1], self.columns[5][-1]) if row else None
+        self.jumps.pop(row, None)
+        if here != left:
+            self.jumps[row] = here
+
     def _row(self, kind: Kind, ends: tuple[int, int, int, int], first: int, mark: int) -> int:
         """Append a unit that ends with the current line."""
         if self.tool is None:
@@ -133,6 +146,7 @@ class State:
         self._barrier()
 
     def _hit(self, x: bytes | None, y: bytes | None) -> None:
+        self._begin()
         px, py = self._place(x, y)
         complete = Mark.COMPLETE if x and y and not self.incremental else 0
         self._row(Kind.HIT, (px, py, px, py), self.at, complete)
