@@ -19,7 +19,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from tcp.errors import InputError
+from tcp.errors import InputError, shown
 
 Ints = NDArray[np.int64]
 
@@ -206,11 +206,13 @@ def exact_decimal(value: Decimal | str | int) -> Decimal:
     try:
         number = Decimal(value)
     except InvalidOperation:
-        raise InputError(f"{value!r} is not a number") from None
+        raise InputError(f"{shown(str(value))} is not a number") from None
     if not number.is_finite():
-        raise InputError(f"{value!r} is not a finite number")
+        raise InputError(f"{shown(str(value))} is not a finite number")
     if len(number.as_tuple().digits) > MAX_DIGITS or (number and abs(number.adjusted()) > 30):
-        raise InputError(f"{value!r} is beyond any workpiece; expected a length in mm or inch")
+        raise InputError(
+            f"{shown(str(value))} is beyond any workpiece; expected a length in mm or inch"
+        )
     return number
 
 

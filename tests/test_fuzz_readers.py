@@ -90,3 +90,14 @@ def test_a_long_keyword_value_is_shortened(tmp_path):
         with pytest.raises(InputError, match="expected") as caught:
             read(path)
         assert len(str(caught.value)) < 400
+
+
+@pytest.mark.parametrize(
+    "text", ["id,x,y\n{0},1,2\n{0},3,4\n", "x,y\n1,2{0}\n", "# units: {0}\n1,2\n", "{0},{0}\n{0}\n"]
+)
+def test_a_long_cell_is_shortened(tmp_path, text):
+    path = tmp_path / "f.csv"
+    path.write_text(text.format("m" * 3000))
+    with pytest.raises(InputError) as caught:
+        read(path)
+    assert len(str(caught.value)) < 300

@@ -14,14 +14,12 @@ from collections.abc import Iterator, Sequence
 from fractions import Fraction
 from pathlib import Path
 
-from tcp.errors import InputError
+from tcp.errors import InputError, shown
 from tcp.files.layout import Layout, agreed_unit, layout_notes, layout_of, split, unit_comment
 from tcp.files.numbers import Decimals, TooFine, common_steps
 from tcp.files.reading import UNITS, Reading, coincidence_note
 from tcp.files.text import read_lines
 from tcp.workpiece import Workpiece, exact_decimal
-
-_SHOWN = 40
 
 
 def read(path: str | Path, *, units: str | None = None) -> Reading:
@@ -120,7 +118,7 @@ class _Table:
         seen: dict[str, int] = {}
         for name, line in zip(self._ids, self._lines, strict=True):
             if name in seen:
-                message = f"hole id {name!r} stands in line {seen[name]} already; expected one"
+                message = f"hole id {shown(name)} stands in line {seen[name]} already; expected one"
                 raise InputError(message, self._path, line)
             seen[name] = line
 
@@ -151,7 +149,7 @@ def _diameter(text: str, unit: Fraction, comma: bool, path: Path, line: int) -> 
     try:
         value = Fraction(exact_decimal(text)) * unit
     except InputError:
-        raise InputError(f"diameter {text[:_SHOWN]!r} is not a number", path, line) from None
+        raise InputError(f"diameter {shown(text)} is not a number", path, line) from None
     if value <= 0:
-        raise InputError(f"diameter {text[:_SHOWN]}; expected more than 0", path, line)
+        raise InputError(f"diameter {shown(text)}; expected more than 0", path, line)
     return value

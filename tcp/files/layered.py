@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
@@ -9,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from tcp.errors import InputError
+from tcp.errors import InputError, listed, shown
 from tcp.files.reading import Reading
 from tcp.travel import Model, Travel
 from tcp.workpiece import Workpiece
@@ -42,16 +43,16 @@ def reading(
         raise InputError("holds no drilled hole", path)
     groups = sorted({(d.group, d.diameter) for d in drills})
     names = {group: f"T{i + 1}" for i, group in enumerate(groups)}
-    counts = {names[g]: sum((d.group, d.diameter) == g for d in drills) for g in groups}
-    table = ", ".join(
-        f"{name} {float(g[1]):g} mm{' ' + g[0] if g[0] else ''} ({counts[name]})"
+    counts = Counter(names[d.group, d.diameter] for d in drills)
+    table = listed(
+        f"{name} ({counts[name]}) {float(g[1]):g} mm{' ' + g[0] if g[0] else ''}"
         for g, name in names.items()
     )
     chosen = max(counts, key=lambda name: counts[name]) if tool is None else str(tool).upper()
     chosen = f"T{chosen}" if chosen.isdigit() else chosen
     mine = [d for d in drills if chosen in ("ALL", names[d.group, d.diameter])]
     if not mine:
-        raise InputError(f"has no tool {tool}; its tools are {table}", path)
+        raise InputError(f"has no tool {shown(str(tool))}; its tools are {table}", path)
     more = [f"tools: {table}; {chosen} is taken"] if len(groups) > 1 else []
     piece = Workpiece(
         path.stem if chosen == "ALL" else f"{path.stem}-{chosen}",

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from tcp.errors import InputError
+from tcp.errors import InputError, listed, shown
 from tcp.files.numbers import Decimals
 
 _NAMES = {
@@ -23,7 +23,6 @@ _UNIT_WORDS = {"mm": "mm", "inch": "inch", "in": "inch", "inches": "inch", '"': 
 _LENGTHS = ("x", "y", "diameter")
 _HEADING = re.compile(r"(?P<name>.*?)\s*(?:[(\[](?P<unit>[^)\]]*)[)\]]|[ _](?P<word>mm|inch|in))?")
 _UNITS_COMMENT = re.compile(r"#\s*units?\s*[:=]\s*(\w+)\s*", re.IGNORECASE)
-_SHOWN = 24
 
 
 @dataclass(frozen=True)
@@ -86,12 +85,12 @@ def _namedlayout_of(delimiter: str | None, cells: list[str], path: Path, line: i
         columns[name] = i
         if name in _LENGTHS and unit is not None:
             if unit not in _UNIT_WORDS:
-                message = f"column {cell[:40]!r} is in {unit[:40]!r}; expected mm or inch"
+                message = f"column {shown(cell)} is in {shown(unit)}; expected mm or inch"
                 raise InputError(message, path, line)
             stated[name] = _UNIT_WORDS[unit]
     for name in ("x", "y"):
         if name not in columns:
-            found = ", ".join(c for c in cells if c)[:80]
+            found = listed(c for c in cells if c)
             raise InputError(f"column {name} is missing; the columns are {found}", path, line)
     if len(set(stated.values())) > 1:
         raise InputError("the columns are partly in mm and partly in inch", path, line)
@@ -118,7 +117,7 @@ def unit_comment(lines: Sequence[str], path: Path) -> str | None:
         if match:
             word = match[1].lower()
             if word not in _UNIT_WORDS:
-                raise InputError(f"units {word!r}; expected mm or inch", path, number)
+                raise InputError(f"units {shown(word)}; expected mm or inch", path, number)
             return _UNIT_WORDS[word]
     return None
 
@@ -139,10 +138,8 @@ def layout_notes(layout: Layout) -> list[str]:
     """A note on the columns that were not read, if there are any."""
     if not layout.ignored:
         return []
-    names = ", ".join(name[:_SHOWN] for name in layout.ignored[:5])
-    more = f" and {len(layout.ignored) - 5} more" if len(layout.ignored) > 5 else ""
     plural = "s" if len(layout.ignored) > 1 else ""
-    return [f"ignored column{plural}: {names}{more}"]
+    return [f"ignored column{plural}: {listed(layout.ignored, 5)}"]
 
 
 def _is_number(cell: str, delimiter: str | None) -> bool:

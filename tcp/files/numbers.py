@@ -7,12 +7,11 @@ from decimal import Context
 
 import numpy as np
 
-from tcp.errors import InputError
+from tcp.errors import InputError, shown
 from tcp.workpiece import MAX_DIGITS, MAX_STEPS, Ints, exact_decimal
 
 _PLAIN = re.compile(r"[+-]?(?:[0-9]{1,15}(?:\.[0-9]{0,15})?|\.[0-9]{1,15})")
 _NUMBER = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]{1,9})?")
-_SHOWN = 40
 
 MAX_PLACES = 15
 """Most decimal places of a coordinate: a femtometre is no workpiece's grid."""
@@ -50,17 +49,17 @@ class Decimals:
 
     def _add_unusual(self, text: str, printed: str) -> None:
         """Exponents, more digits than usual, and all that is not a number."""
-        shown = printed if len(printed) <= _SHOWN else printed[:_SHOWN] + "..."
         if not text:
             raise InputError("an empty cell where a number belongs")
         if not _NUMBER.fullmatch(text):
             finite = text.lower().lstrip("+-") not in ("nan", "inf", "infinity")
             kind = "is not a number" if finite else "is not a finite number"
-            raise InputError(f"{shown!r} {kind}; expected a coordinate such as 12.5")
+            raise InputError(f"{shown(printed)} {kind}; expected a coordinate such as 12.5")
         try:
             value = exact_decimal(text)
         except InputError:
-            raise InputError(f"{shown!r} is beyond any workpiece; expected mm or inch") from None
+            message = f"{shown(printed)} is beyond any workpiece; expected mm or inch"
+            raise InputError(message) from None
         value = value.normalize(Context(prec=2 * MAX_DIGITS))
         sign, digits, exponent = value.as_tuple()
         assert isinstance(exponent, int)

@@ -19,7 +19,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from tcp.errors import InputError, UsageError
+from tcp.errors import InputError, UsageError, listed, shown
 from tcp.workpiece import Workpiece
 
 Ints = NDArray[np.int64]
@@ -237,7 +237,7 @@ def _from_csv(
         raise InputError("has no header row; expected columns such as hole and order", path)
     ranks = [column.lower()] if column else [c for c in _ORDER_COLUMNS if c in cells]
     if column and ranks[0] not in cells:
-        raise InputError(f"has no column {column!r}; its columns are {', '.join(cells)}", path)
+        raise InputError(f"has no column {shown(column)}; its columns are {listed(cells)}", path)
     holes = [c for c in _HOLE_COLUMNS if c in cells and c not in ranks]
     if not holes:
         raise InputError("has no column of holes; expected one named hole or id", path)
@@ -279,7 +279,7 @@ def _rows(text: str, delimiter: str, width: int, path: Path) -> list[tuple[int, 
 
 def _place(cell: str, path: Path, line: int) -> int:
     if not re.fullmatch(r"\s*\d{1,18}\s*", cell, re.ASCII):
-        raise InputError(f"{_short(cell)!r} is not a place in the order", path, line)
+        raise InputError(f"{shown(cell)} is not a place in the order", path, line)
     return int(cell)
 
 
@@ -302,7 +302,7 @@ def _sorted_by(order: Order, places: list[int], path: Path) -> Order:
 def _label(value: Any) -> str:
     if isinstance(value, (str, int, np.integer)) and not isinstance(value, bool):
         return str(value)
-    raise InputError(f"{str(value)[:MAX_LABEL]!r} is no hole; expected an id or a whole number")
+    raise InputError(f"{shown(str(value))} is no hole; expected an id or a whole number")
 
 
 def _short(label: str) -> str:
@@ -436,7 +436,7 @@ def _from_labels(labels: Sequence[str], workpiece: Workpiece, numbering: str) ->
     numbers = _as_numbers(labels)
     if numbering != "ids" and numbers is None:
         wrong = next(v for v in labels if not re.fullmatch(r"-?\d{1,18}", v, re.ASCII))
-        raise InputError(f"{_short(wrong)!r} is not a whole number below 10^18")
+        raise InputError(f"{shown(wrong)} is not a whole number below 10^18")
     if numbering != "ids" and numbers is not None:
         return _from_numbers(numbers, workpiece, numbering)
     index = workpiece.index

@@ -16,7 +16,7 @@ from pathlib import Path
 
 import numpy as np
 
-from tcp.errors import InputError
+from tcp.errors import InputError, shown
 from tcp.files.numbers import Decimals, TooFine, common_steps
 from tcp.files.reading import UNITS, Reading, coincidence_note
 from tcp.files.text import read_lines
@@ -79,7 +79,7 @@ def read(path: str | Path, *, units: str | None = None) -> Reading:
     if kind.upper() not in TRAVELS:
         known = ", ".join(TRAVELS)
         raise InputError(
-            f"EDGE_WEIGHT_TYPE {kind[:40]!r}; expected one of {known}", file.path, line
+            f"EDGE_WEIGHT_TYPE {shown(kind)}; expected one of {known}", file.path, line
         )
     travel = TRAVELS[kind.upper()]
     explicit = travel.model is Model.EXPLICIT
@@ -110,7 +110,7 @@ def _parse(path: Path) -> _File:
         if keyword.endswith("_SECTION"):
             section = file.sections.setdefault(keyword, [])
         elif ":" not in line:
-            message = f"{line.strip()[:40]!r}; expected KEYWORD : value or a section's numbers"
+            message = f"{shown(line.strip())}; expected KEYWORD : value or a section's numbers"
             raise InputError(message, path, number)
         else:
             file.values.setdefault(keyword, (number, value))
@@ -125,7 +125,7 @@ def _starts_number(word: str) -> bool:
 def _check_kind(file: _File) -> None:
     line, kind = file.values.get("TYPE", (None, "TSP"))
     if kind.upper().split()[:1] != ["TSP"]:
-        raise InputError(f"TYPE {kind[:40]!r}; expected TSP", file.path, line)
+        raise InputError(f"TYPE {shown(kind)}; expected TSP", file.path, line)
     for section in file.sections:
         if section in _IGNORED and file.sections[section]:
             raise InputError(f"{section} is not supported", file.path)
@@ -135,7 +135,7 @@ def _dimension(file: _File, most: int) -> int:
     line, text = file.value("DIMENSION")
     whole = text.isascii() and text.isdigit() and len(text) <= 12
     if not whole or not 1 <= int(text) <= most:
-        raise InputError(f"DIMENSION {text[:40]!r}; expected 1 to {most}", file.path, line)
+        raise InputError(f"DIMENSION {shown(text)}; expected 1 to {most}", file.path, line)
     return int(text)
 
 
@@ -156,7 +156,7 @@ def _points(
         if len(words) != 3:
             raise InputError(f"found {len(words)} columns; expected id x y", file.path, line)
         if words[0] in seen:
-            message = f"hole id {words[0][:40]!r} stands in line {seen[words[0]]} already"
+            message = f"hole id {shown(words[0])} stands in line {seen[words[0]]} already"
             raise InputError(message, file.path, line)
         seen[words[0]] = line
         try:
@@ -176,7 +176,7 @@ def _matrix(file: _File, n: int) -> Ints:
     if name.upper() not in _FORMATS:
         known = ", ".join(_FORMATS)
         raise InputError(
-            f"EDGE_WEIGHT_FORMAT {name[:40]!r}; expected one of {known}", file.path, line
+            f"EDGE_WEIGHT_FORMAT {shown(name)}; expected one of {known}", file.path, line
         )
     expected, rows, columns = _FORMATS[name.upper()](n)
     weights = _weights(file, expected)
@@ -198,7 +198,7 @@ def _weights(file: _File, expected: int) -> list[int]:
     for line, words in rows:
         for word in words:
             if not word.isascii() or not word.isdigit() or len(word) > 15:
-                message = f"{word[:40]!r} in the matrix; expected a whole number, 0 or more"
+                message = f"{shown(word)} in the matrix; expected a whole number, 0 or more"
                 raise InputError(message, file.path, line)
             weights.append(int(word))
     if len(weights) != expected:

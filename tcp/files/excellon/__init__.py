@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from tcp.errors import UsageError
+from tcp.errors import UsageError, listed
 from tcp.files.excellon.numbers import Digits, Units, Zeros, parse_digits
 from tcp.files.excellon.piece import choose_tool, expanded, oddities, workpiece
 from tcp.files.excellon.program import Kind, Mark, Program, Tool
@@ -95,7 +95,7 @@ def read(
     notes = [*program.notes, *oddities(program)]
     others = [t for t in program.used if t != chosen]
     if tool is None and others:
-        names = ", ".join(f"T{t}" for t in others)
+        names = listed(f"T{t}" for t in others)
         notes.append(f"T{chosen} drills most holes and is taken; --tool chooses among {names}")
     if program.slots or program.routed:
         notes.append(

@@ -6,6 +6,7 @@ import re
 from fractions import Fraction
 from typing import TYPE_CHECKING
 
+from tcp.errors import shown
 from tcp.files.excellon.program import Tool
 
 if TYPE_CHECKING:
@@ -48,8 +49,8 @@ def header_line(reader: State, line: str, strict: bool = False) -> None:
         reader.refuse("coordinates inside the header; expected % or M95 before them")
     elif not _KNOWN.match(line) and (strict or not re.match(r"[GM]\d+", line)):
         if strict:
-            reader.refuse(f"{line!r} is not understood; expected an Excellon command")
-        reader.note(f"the header line {line[:40]!r} is not known; it is kept as it is")
+            reader.refuse(f"{shown(line)} is not understood; expected an Excellon command")
+        reader.note(f"the header line {shown(line)} is not known; it is kept as it is")
 
 
 def note_comment(reader: State, text: str) -> None:

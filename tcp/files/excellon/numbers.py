@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 from fractions import Fraction
 
-from tcp.errors import UsageError
+from tcp.errors import UsageError, shown
 
 PLACES = 9
 """Decimals of the integers that coordinates are read into."""
@@ -69,7 +69,7 @@ def parse_digits(text: str) -> Digits:
     """
     whole, _, decimals = text.replace(".", ":").partition(":")
     if not (whole.isdigit() and decimals.isdigit() and len(whole + decimals) < 5):
-        raise UsageError(f"{text!r} is no number format; expected something like 2:4 or 3:3")
+        raise UsageError(f"{shown(text)} is no number format; expected something like 2:4 or 3:3")
     return Digits(int(whole), int(decimals))
 
 

@@ -53,6 +53,8 @@ class Patterns(State):
         self.pattern_codes += 1
         here = len(self.columns[0])
         if code == 25:
+            if self.pattern_from is not None:
+                self._barrier()  # the hits before, in an open pattern, are no neighbours
             self._close_pattern()
             self.pattern_codes, self.pattern_enter = 1, self.barrier - 1
             self.pattern_from, self.pattern_line = here, self.at

@@ -6,7 +6,7 @@ from fractions import Fraction
 
 import numpy as np
 
-from tcp.errors import InputError
+from tcp.errors import InputError, listed
 from tcp.files.excellon.document import Ints
 from tcp.files.excellon.program import Kind, Program, repeated
 from tcp.workpiece import Workpiece
@@ -65,7 +65,7 @@ def choose_tool(program: Program, wanted: str | int | None) -> int | None:
         return int(tools[np.argmax(counts)])
     text = str(wanted).strip().upper().removeprefix("T")
     if not text.isdigit() or int(text) not in tools:
-        names = ", ".join(f"T{t}" for t in tools)
+        names = listed(f"T{t}" for t in tools)
         raise InputError(
             f"has no holes for the tool {wanted}; expected one of {names}", program.path
         )

@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from tcp.errors import InputError
+from tcp.errors import InputError, shown
 from tcp.files.excellon.bulk import Bools, Run, read_run
 from tcp.files.excellon.dialects import find_sidecar, recognise
 from tcp.files.excellon.document import Ints, cut
@@ -165,8 +165,7 @@ class Reader(Routing):
         if self.settings.unit_line(line.decode("latin-1"), self.at + 1):
             return
         if not _WORDS.match(line):
-            shown = line.decode("latin-1")[:40]
-            header_line(self, shown, strict=True)
+            header_line(self, line.decode("latin-1"), strict=True)
             self._barrier()
             return
         words = [(m[1].decode(), m[2] or b"") for m in _WORD.finditer(line)]
@@ -181,16 +180,18 @@ class Reader(Routing):
             self._m_code(words)
         elif letter in "GXY":
             self._move(words)
-        elif letter in "FSBHZA" and len(words) <= 3:
+        elif {c for c, _ in words} <= set("FSBHZA") and len(words) <= 3:
             self._barrier()
         else:
-            self.refuse(f"{line.decode('latin-1')[:30]!r} is not understood; expected Excellon")
+            self.refuse(f"{shown(line)} is not understood; expected Excellon")
 
     def _m_code(self, words: Words) -> None:
         code = code_of(words[0][1])
         if self.format_1:
             code = FORMAT_1.get(code, code)
         rest = words[1:]
+        if rest and code != 2:
+            self.refuse(f"M{code:02d} with something behind it is not understood; split the line")
         if code == 30:
             self._flush_open()
             self.ended = True
@@ -251,7 +252,7 @@ class Reader(Routing):
         elif "G" in letters:
             self._canned(words)
         else:
-            self.refuse(f"coordinates with {letters!r} are not understood; expected X and Y")
+            self.refuse(f"coordinates with {shown(letters)} are not understood; expected X and Y")
 
     def _g_code(self, code: int, rest: Words) -> None:
         if rest and code in (40, 41, 42, 90, 91):

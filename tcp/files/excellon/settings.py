@@ -15,7 +15,7 @@ from fractions import Fraction
 from pathlib import Path
 from typing import Generic, TypeVar
 
-from tcp.errors import InputError, UsageError
+from tcp.errors import InputError, UsageError, shown
 from tcp.files.excellon.bulk import Numbers
 from tcp.files.excellon.document import Ints
 from tcp.files.excellon.numbers import Digits, Style, Units, Zeros, parse_digits, pointed, unpointed
@@ -177,9 +177,7 @@ class Settings:
         try:
             return Fraction(text.decode()) * units.in_mm
         except ValueError:
-            raise InputError(
-                f"{text.decode('latin-1')!r} is no diameter", self.path, line
-            ) from None
+            raise InputError(f"{shown(text)} is no diameter", self.path, line) from None
 
     def style(self) -> Style:
         """How the file writes its numbers."""
@@ -199,7 +197,7 @@ class Settings:
         value = unpointed(text, digits, self.zeros.value)
         if value is None:
             raise InputError(
-                f"{text.decode()} has fewer than the {digits.width} digits of format {digits}, and "
+                f"{shown(text)} has fewer than the {digits.width} digits of format {digits}, and "
                 f"the file does not say which zeros are missing; pass --zeros lz if it keeps the "
                 f"leading zeros, --zeros tz if it keeps the trailing ones",
                 self.path,
@@ -217,13 +215,13 @@ class Settings:
         return self._settled
 
     def _too_long(self, text: bytes) -> str:
-        shown = text.decode(errors="replace")[:30]
         if b"." in text:
-            return f"{shown} is no coordinate of a board; expected at most 8 digits and 9 decimals"
+            expected = "expected at most 8 digits and 9 decimals"
+            return f"{shown(text)} is no coordinate of a board; {expected}"
         digits, stated = self.settle(), self.digits.value is not None
         source = "the stated" if stated else f"the {self.units.value} standard"
         return (
-            f"{shown} has more than the {digits.width} digits of {source} format {digits}; "
+            f"{shown(text)} has more than the {digits.width} digits of {source} format {digits}; "
             f"pass the true one as --format, or put Allegro's nc_param.txt beside the file"
         )
 
@@ -273,11 +271,9 @@ class Settings:
                 whole, _, decimals = part.partition(".")
                 self._state_format(f"{len(whole)}:{len(decimals)}", line)
             elif part:
-                raise InputError(
-                    f"{part!r} after {word} is unknown; expected LZ, TZ or a format like 000.000",
-                    self.path,
-                    line,
-                )
+                expected = "expected LZ, TZ or a format like 000.000"
+                message = f"{shown(part)} after {word} is unknown; {expected}"
+                raise InputError(message, self.path, line)
         return True
 
     def comment(self, text: str, line: int) -> None:

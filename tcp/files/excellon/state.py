@@ -12,7 +12,7 @@ from array import array
 from pathlib import Path
 from typing import NoReturn
 
-from tcp.errors import InputError
+from tcp.errors import InputError, listed
 from tcp.files.excellon.document import Document
 from tcp.files.excellon.program import (
     Copy,
@@ -171,7 +171,7 @@ class State:
             return
         if number not in self.tools:
             if any(tool.line for tool in self.tools.values()):
-                defined = ", ".join(t.name for t in self.tools.values())[:200]
+                defined = listed(t.name for t in self.tools.values())
                 self.refuse(f"T{number} is not defined; the file defines {defined}")
             self.tools[number] = Tool(number)
         self._take(number)

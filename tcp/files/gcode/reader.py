@@ -20,7 +20,7 @@ from pathlib import Path
 
 import numpy as np
 
-from tcp.errors import InputError
+from tcp.errors import InputError, shown
 from tcp.files.excellon.document import Document, cut
 from tcp.files.excellon.numbers import PLACES, Style, Units, pointed
 from tcp.files.excellon.program import Columns, Kind, Mark, Place, Program, Selection, Tool
@@ -154,8 +154,8 @@ class _Reader:
 
     def _stubborn(self, bare: bytes, reason: str = "is not understood") -> None:
         """What is not understood keeps the whole tool section as it is."""
-        shown = bare.decode("latin-1")[:30]
-        self.atomic.setdefault(len(self.selections) - 1, f"line {self.at + 1}: {shown!r} {reason}")
+        note = f"line {self.at + 1}: {shown(bare)} {reason}"
+        self.atomic.setdefault(len(self.selections) - 1, note)
         if _LEANING.search(bare):
             self.leaning.add(self.at)
         self._end_plunge()
@@ -269,10 +269,8 @@ class _Reader:
         try:
             value, places = pointed(text if b"." in text else text + b".")
         except ValueError:
-            shown = text.decode()[:30]
-            raise InputError(
-                f"{shown} is no coordinate of a board", self.path, self.at + 1
-            ) from None
+            message = f"{shown(text)} is no coordinate of a board"
+            raise InputError(message, self.path, self.at + 1) from None
         self.places = max(self.places, places)
         return value
 
