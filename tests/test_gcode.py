@@ -20,6 +20,7 @@ from tcp.boards.optimise import Wishes, optimise
 from tcp.cli.main import main
 from tcp.errors import InputError, UsageError
 from tcp.files.drilling import read_drilling
+from tcp.files.excellon import Kind
 from tcp.files.excellon.guard import LostError
 from tcp.files.excellon.rewrite import Order, Turn
 from tcp.files.excellon.settings import Hints
@@ -119,11 +120,9 @@ def program_of(text: str, hints: Hints | None = None):
 
 def holes(program):
     step = float(program.step)
-    rows = program.rows
-    return [
-        (t, round(x * step, 6), round(y * step, 6))
-        for t, x, y in zip(rows.tool.tolist(), rows.x1.tolist(), rows.y1.tolist(), strict=True)
-    ]
+    rows, hit = program.rows, program.rows.kind == Kind.HIT
+    columns = (column[hit].tolist() for column in (rows.tool, rows.x1, rows.y1))
+    return [(t, round(x * step, 6), round(y * step, 6)) for t, x, y in zip(*columns, strict=True)]
 
 
 def test_cycles_are_read_with_all_that_is_modal():
@@ -244,12 +243,12 @@ def test_incremental_moves_that_lean_keep_their_section(lines, said):
     assert not board.changed and re.search(said, program.notes[-1])
 
 
-def test_a_hole_with_an_approach_of_its_own_is_one_and_stays():
+def test_a_hole_with_an_approach_of_its_own_is_one_hole():
     text = "G21 G90\nG0 Z20\nG0 X5 Y5\nG0 Z2\nG1 Z-2 F9\nG0 Z2\n"
     text += "".join(f"G0 X{x} Y5\nG1 Z-2\nG0 Z2\n" for x in (95, 7, 60))
     program = program_of(text + "M2\n")
     assert [x for _, x, _ in holes(program)] == [5, 95, 7, 60]
-    assert program.rows.stretch.tolist() == [0, 1, 1, 1]
+    assert program.rows.stretch.tolist() == [0, 0, 0, 0]
     full = "".join(f"G0 X{x} Y5\nG0 Z2\nG1 Z-2 F9\nG0 Z20\n" for x in (95, 7, 60))
     program = program_of("G21 G90\nG0 Z20\n" + full + "M2\n")
     assert program.rows.stretch.tolist() == [0, 0, 0]
@@ -339,7 +338,12 @@ def programs(draw: st.DrawFn) -> str:
         elif draw(st.booleans()):
             for _ in range(draw(st.integers(1, 5))):
                 lines.append(f"G0 X{draw(at)} Y{draw(at)}")
-                lines += [f"G1 Z-{draw(st.integers(1, 2))} F50", "G0 Z5"]
+                up = draw(
+                    st.sampled_from(["G0 Z5", "G1 Z0\nG0 Z2", "G0 Z2\nG1 Z-2\nG0 Z5", "G0 Z-.5"])
+                )
+                lines += [f"G1 Z-{draw(st.integers(1, 2))} F50", up]
+                if draw(st.integers(0, 9)) == 0:
+                    lines.append(draw(st.sampled_from(["G0 X7 Y7", "G43 H1 Z9", "M8", "G0 Z9"])))
         else:
             lines.append(f"G91 G81 X{draw(at)} Z-1 R-4 F100")
             for _ in range(draw(st.integers(0, 6))):
@@ -383,6 +387,152 @@ def test_programs_are_found_by_suffix_or_look(tmp_path):
         assert done.exit_code == 2
 
 
+def drilled(program):
+    """Tool and number of holes a section, as the program understands itself."""
+    kinds, parts = program.rows.kind.tolist(), program.selections
+    firsts = [s.first for s in parts] + [len(kinds)]
+    counts = [kinds[a:b].count(Kind.HIT) for a, b in itertools.pairwise(firsts)]
+    return [(s.tool, n) for s, n in zip(parts, counts, strict=True) if n]
+
+
+FUSION = """%
+(Drill1)
+O1001
+N10 G90 G94 G17 G91.1
+N15 G21
+N20 G53 G0 Z0.
+N30 T1 M6
+N35 S10000 M3
+N40 G54
+N45 M8
+N50 G0 X20. Y5.
+N55 G43 Z15. H1
+N60 G0 Z5.
+N65 G98 G81 X20. Y5. Z-1.8 R2. F100.
+N70 X45.
+N75 X6. Y7.
+N80 X44. Y6.
+N85 G80
+N90 Z15.
+N95 M9
+N100 G91 G28 Z0.
+N105 G90
+N110 M30
+%
+"""
+
+
+def test_programs_of_cam_systems_are_re_ordered():
+    program = program_of(FUSION)
+    assert program.notes == () and drilled(program) == [(1, 4)]
+    board = optimise(program, FAST)
+    lines = board.data.decode().splitlines()
+    approach, first = (re.search(r"X(\S+) ?Y(\S+)", lines[i]).groups() for i in (10, 13))
+    assert approach == first != ("20.", "5.")  # the rapid goes with the hole that it leads to
+    assert board.proved and board.costs_after.total * board.rule.quantum == 39
+
+
+FLATCAM = """G21
+G90
+G94
+M5
+G00 Z15.0000
+T1
+{change}(MSG, Change to Tool Dia = 0.8)
+M0
+M03 S10000
+G00 X10.0000Y10.0000
+G01 Z-1.7000 F150
+G01 Z0
+G00 Z2.0000
+G00 X40.0000Y10.0000
+G01 Z-0.7
+G00 Z2
+G01 Z-1.7000
+G01 Z0
+G00 Z2.0000
+G00 X41.0000Y11.0000
+G01 Z-1.7000
+G01 Z0
+G00 Z2.0000
+G00 X11.0000Y11.0000
+G01 Z-1.7000
+G01 Z0
+G00 Z2.0000
+G00 X43.0000Y11.0000
+G01 Z-1.7000
+G01 Z0
+G00 Z2.0000
+M05
+G00 Z15.00
+G00 X0Y0
+M02
+"""
+
+
+@pytest.mark.parametrize("change", ["M6\n", ""])
+def test_holes_of_flatcam_are_all_counted_with_the_way_home(change):
+    program = program_of(FLATCAM.format(change=change))
+    assert program.notes == () and drilled(program) == [(1, 5)]
+    board = optimise(program, FAST)
+    worth = board.rule.quantum
+    assert board.costs_before.total * worth == 30 + 1 + 30 + 32 + 43
+    assert board.costs_after.total * worth == 30 + 1 + 2 + 32 + 11
+    assert [x for _, x, _ in holes(board.after)][:2] == [10, 40]  # the one in two pecks stays
+
+
+def test_a_rapid_to_nowhere_stays_and_its_travel_counts():
+    rapids = "".join(f"G0 X{x} Y0\nG1 Z-1 F9\nG0 Z5\n" for x in (0, 100, 50, 1))
+    text = f"G21 G90\nT1 M6\nG0 Z5\n{rapids}M2\n".replace("X50 Y0\nG1 Z-1 F9\n", "X50 Y90\n")
+    program = program_of(text)
+    assert drilled(program) == [(1, 3)]
+    board = optimise(program, FAST)
+    assert board.costs_before.total * board.rule.quantum == 100 + 90 + 90
+    assert board.costs_after.total <= board.costs_before.total
+
+
+@pytest.mark.parametrize(
+    ("lines", "said"),
+    [
+        ("G0 X1 Y1\nG1 Z-1 F9\nG0 X9 Y1\nG1 Z-1\nG0 Z5\n", "line 4: .*without coming back up"),
+        ("G0 X1 Y1\nG1 Z-1 F9\nG0 Z5\nM0\nG1 Z-2\nG0 Z5\n", "line 8: .*no rapid has led"),
+        ("G1 X1 Y1\nG1 Z-1 F9\nG0 Z5\n", "line 4: 'G1 X1 Y1' is not understood"),
+    ],
+)
+def test_what_is_no_hole_keeps_its_section(lines, said):
+    text = f"G21 G90\nT1 M6\nG0 Z5\n{lines}" + "".join(
+        f"G0 X{x} Y0\nG1 Z-1 F9\nG0 Z5\n" for x in (0, 100, 2)
+    )
+    program = program_of(text + "M2\n")
+    assert re.search(said, program.notes[0]) and not optimise(program, FAST).changed
+
+
+def test_holes_in_two_pockets_stay_each_in_its_own():
+    text = "G21 G90\nT1 M6\nG0 Z5\n"
+    for x in (1, 31):
+        text += f"G0 X{x} Y1\nG1 Z-3 F100\nG0 Z-1\n"
+        text += f"G0 X{x + 4} Y1\nG1 Z-3\nG0 Z-1\nG0 X{x + 1} Y1\nG1 Z-3\nG0 Z5\n"
+    program = program_of(text + "M2\n")
+    assert program.rows.stretch.tolist() == [0, 0, 1, 2, 2, 3]
+
+
+def test_modes_hold_on_lines_that_are_not_understood():
+    text = "G21 G90\nT1 M6\nG28.1 G91\nT2 M6\nG0 X1 Y1\nG81 X5 Y1 Z-6 R-3\nX50\nX-8\nG90\nM2\n"
+    with pytest.raises(InputError, match=r"G28.1 G91.* is not understood"):
+        program_of(text)
+    program = program_of(text.replace("G28.1 G91", "G28.1"))
+    assert holes(program) == [(2, 5, 1), (2, 50, 1), (2, -8, 1)]
+
+
+def test_steps_without_a_point_stay_without():
+    text = "G21 G90\nT1 M6\nG0 X0 Y0 Z5\nG91 G99 G81 X1 Y1 Z-8 R-3 F100\nX8\nX-7{}\nX2\nG80\n"
+    text += "G90\nM2\n"
+    data = optimise(program_of(text.format("")), FAST).data
+    assert b"\nX1Y0\nX2Y0\nX5Y0\n" in data
+    data = optimise(program_of(text.format(".")), FAST).data
+    assert b"\nX1Y0\nX2.Y0.\nX5Y0\n" in data
+
+
 def interpreted(path: Path, program: str) -> list[tuple[str, ...]]:
     """Where LinuxCNC's interpreter goes down: the canonical feeds below the surface."""
     done = subprocess.run(
@@ -394,8 +544,15 @@ def interpreted(path: Path, program: str) -> list[tuple[str, ...]]:
 
 @pytest.mark.parametrize(
     "text",
-    [CYCLES, PLUNGES, INCREMENTAL, PCB2GCODE],
-    ids=["cycles", "plunges", "incremental", "pcb2gcode"],
+    [
+        CYCLES,
+        PLUNGES,
+        INCREMENTAL,
+        PCB2GCODE,
+        FUSION.replace("N90 Z15", "N90 G0 Z15"),  # LinuxCNC forgets G0 after a cycle
+        FLATCAM.format(change="M6\n"),
+    ],
+    ids=["cycles", "plunges", "incremental", "pcb2gcode", "fusion", "flatcam"],
 )
 def test_linuxcnc_accepts_the_output_and_drills_the_same_holes(text, tmp_path):
     program = shutil.which("rs274")

@@ -20,7 +20,7 @@ def amount(board: Board, cost: int | None) -> str:
 
 def verdict(board: Board, part: Part) -> str:
     """What is known about a tool's order, in a few words."""
-    if part.locked:
+    if part.locked or (not part.solved and part.holes > 1):
         return "kept as it was"
     if part.optimal:
         order = "the file's order is" if part.before == part.after else "proved"

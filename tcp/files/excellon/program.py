@@ -34,6 +34,7 @@ class Kind(IntEnum):
     ROUTE = 3
     CANNED = 4
     BLOCK = 5  # a whole step-and-repeat block, in a folded program
+    PASS = 6  # a rapid to a place where nothing is drilled, in a G-code program
 
 
 class Mark(IntFlag):
@@ -249,6 +250,7 @@ class Program:
             times[row] = count
         for pattern in self.patterns:
             times[pattern.first : pattern.last] *= 1 + len(pattern.copies)
+        times[self.rows.kind == Kind.PASS] = 0
         return times
 
     def _drilled(self, kind: Kind) -> Ints:

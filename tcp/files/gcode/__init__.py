@@ -7,7 +7,8 @@ from pathlib import Path
 from tcp.files.excellon import hints
 from tcp.files.excellon.piece import choose_tool, oddities, workpiece
 from tcp.files.excellon.settings import Hints
-from tcp.files.gcode.reader import GProgram, parse
+from tcp.files.gcode.program import GProgram
+from tcp.files.gcode.reader import parse
 from tcp.files.gcode.rewrite import compare, reorder
 from tcp.files.reading import Reading
 from tcp.files.text import read_bounded

@@ -3,18 +3,19 @@
 Understood are the canned cycles G81, G82, G83 and G73 with modal X, Y, Z, R,
 Q and P, and holes made of a rapid to a place, a plunge and a retract (G0/G1).
 Two neighbouring holes may change places if everything but X and Y is the same
-for both: cycle, depths, feed, speed, retract mode, work offset.  Incremental
-moves (G91) lead from where the program has come to; a cycle in G91 is taken
-where R and Z stand on its first line only, so that all its holes are alike.
-Whatever is not understood makes its tool section stay as it is, and is named.
+for both: cycle, depths, feed, speed, retract mode, work offset, tool length
+offset.  Incremental moves (G91) lead from where the program has come to; a
+cycle in G91 is taken where R and Z stand on its first line only, so that all
+its holes are alike.  A rapid to the next hole's place goes with that hole; one
+to anywhere else stays, and its travel counts.  Whatever is not understood makes
+its tool section stay as it is, and is named.
 """
 
 from __future__ import annotations
 
 import re
 from array import array
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import replace
 from decimal import Decimal
 from pathlib import Path
 
@@ -23,56 +24,28 @@ import numpy as np
 from tcp.errors import InputError, shown
 from tcp.files.excellon.document import Document, cut
 from tcp.files.excellon.numbers import PLACES, Style, Units, pointed
-from tcp.files.excellon.program import Columns, Kind, Mark, Place, Program, Selection, Tool
+from tcp.files.excellon.program import Columns, Kind, Mark, Place, Selection, Tool
 from tcp.files.excellon.settings import Hints
+from tcp.files.gcode.plunge import Hover, retracted
+from tcp.files.gcode.program import GProgram, Move, named
 
 _COMMENT = re.compile(rb"\([^()]*\)|;.*")
 _WORD = re.compile(rb"[ \t]*([A-Za-z])[ \t]*([+-]?(?:\d+\.?\d*|\.\d+))[ \t]*")
 _LEANING = re.compile(rb"[XYIJO#xyijo]")
+_NUMBER = re.compile(rb"[Oo]\d{1,8}")
+_CHANGE = re.compile(rb"[Mm][ \t]*0*6(?!\d)")
+_MODES = re.compile(rb"[Gg][ \t]*0*(20|21|90|91)(?![\d.])")
 _CYCLES = {"81", "82", "83", "73"}
-_STATE = {"17", "40", "49", "54", "55", "56", "57", "58", "59", "61", "64", "94", "98", "99"}
+_STATE = {"17", "40", "94"}
+_OFFSETS = {"54", "55", "56", "57", "58", "59", "59.1", "59.2", "59.3"}
+_GROUP = dict.fromkeys(_OFFSETS, "offset") | dict.fromkeys(("61", "61.1", "64"), "path")
+_LENGTH = {"43", "49"}
+_ARCS = {"90.1", "91.1"}
+_HEIGHT = {"28", "30", "53"}
 _AUXILIARY = {"0", "1", "3", "4", "5", "7", "8", "9"}
 _LETTERS = set("GMTXYZRQPLFSNH")
 
 Coordinate = tuple[int, bytes]
-
-
-@dataclass(frozen=True)
-class Move:
-    """Where a line with X or Y leads.
-
-    Parameters
-    ----------
-    place : (x, y)
-        In units of ``10**-PLACES``.
-    names : (bytes, bytes)
-        X and Y as the program writes them, or would write them in G90.
-    incremental : bool
-        Whether the line is in G91.
-    """
-
-    place: Place
-    names: tuple[bytes, bytes]
-    incremental: bool = False
-
-
-@dataclass(frozen=True, eq=False)
-class GProgram(Program):
-    """A drilling program: a :class:`Program` whose units know what else their lines say.
-
-    Parameters
-    ----------
-    keys : tuple of str
-        For each hole everything but its place: what must be equal to change places.
-    moves : mapping of line to Move
-        Where lines with X or Y lead.
-    leaning : frozenset of int
-        Lines that are not understood and may depend on where the machine stands.
-    """
-
-    keys: tuple[str, ...] = ()
-    moves: Mapping[int, Move] = field(default_factory=dict)
-    leaning: frozenset[int] = frozenset()
 
 
 def parse(data: bytes, path: str | Path = "program", hints: Hints | None = None) -> GProgram:
@@ -105,16 +78,18 @@ class _Reader:
         self.cycle: dict[str, str] = {}
         self.x: tuple[int, bytes] | None = None
         self.y: tuple[int, bytes] | None = None
-        self.z = ""
-        self.hover: tuple[int, str] | None = None
-        self.plunge: list[str] = []
+        self.z: Decimal | None = None
+        self.hover: Hover | None = None
+        self.plunge: list[tuple[str, Decimal]] = []
         self.depth = Decimal(0)
-        self.levels: set[str] = set()
+        self.waiting: list[Hover] = []
         self.tool, self.pending = 0, 0
+        self.changes = _CHANGE.search(_COMMENT.sub(b"", document.data)) is not None
         self.at = self.barrier = self.places = 0
         self.columns = tuple(array("q") for _ in range(7))
         self.keys: list[str] = []
         self.moves: dict[int, Move] = {}
+        self.approaches: dict[int, int] = {}
         self.selections = [Selection(0, 0, 0)]
         self.atomic: dict[int, str] = {}
         self.leaning: set[int] = set()
@@ -128,12 +103,12 @@ class _Reader:
             if line in (b"", b"%") or self.ended:
                 continue
             self._line(line)
-        self._end_plunge()
+        self._end_section()
         return self._finish()
 
     def _line(self, line: bytes) -> None:
         bare = _COMMENT.sub(b"", line).strip()
-        if not bare:
+        if not bare or _NUMBER.fullmatch(bare):
             return
         words = []
         for piece in _COMMENT.split(line):  # a comment never stands inside a word
@@ -152,14 +127,21 @@ class _Reader:
             return
         self._block(words, bare)
 
-    def _stubborn(self, bare: bytes, reason: str = "is not understood") -> None:
-        """What is not understood keeps the whole tool section as it is."""
-        note = f"line {self.at + 1}: {shown(bare)} {reason}"
+    def _keep(self, line: int, reason: str) -> None:
+        """Keep the whole tool section as it is."""
+        bare = _COMMENT.sub(b"", self.document.line(line)).strip()
+        note = f"line {line + 1}: {shown(bare)} {reason}"
         self.atomic.setdefault(len(self.selections) - 1, note)
+
+    def _stubborn(self, bare: bytes, reason: str = "is not understood") -> None:
+        """What is not understood keeps its section; the modes that it sets hold all the same."""
+        self._keep(self.at, reason)
         if _LEANING.search(bare):
             self.leaning.add(self.at)
         self._end_plunge()
-        self.motion, self.x, self.y, self.z = "", None, None, ""
+        for mode in _MODES.findall(bare):
+            self._code(mode.decode())
+        self.motion, self.x, self.y, self.z = "", None, None, None
         self.barrier += 1
 
     def _block(self, words: list[tuple[str, bytes]], bare: bytes) -> None:
@@ -180,14 +162,20 @@ class _Reader:
         if "T" in values:
             self.pending = int(values["T"].split(b".")[0])
             self.barrier += 1
+            if not self.changes:  # a program without M6: the tool is changed where T is
+                self._change(self.pending)
         for letter in "FS":
             if letter in values:
                 self.state[letter] = _number(values[letter])
+        if "43" in codes:
+            self.state["length"] = f"H{_number(values.get('H', b'0'))}"
         if "4" in codes:
-            if self.hover is not None:
-                self.plunge.append(f"G4 P{_number(values.get('P', b'0'))}")
+            if self.plunge:
+                self.plunge.append((f"G4 P{_number(values.get('P', b'0'))}", self.plunge[-1][1]))
             else:
                 self.barrier += 1
+        elif _HEIGHT & set(codes):
+            self._rise(values, bare)
         elif self.motion in _CYCLES:
             self._drill(values, bool(codes), bare)
         elif moving:
@@ -205,16 +193,20 @@ class _Reader:
         elif code in ("0", "1", "80") or code in _CYCLES:
             if code != self.motion and (code in _CYCLES or self.motion in _CYCLES):
                 self._end_plunge()
+                if self.motion in _CYCLES and self.state.get("retract") == "99":
+                    self.z = None
                 self.cycle = {}
                 self.barrier += 1
             self.motion = "" if code == "80" else code
         elif code in ("98", "99"):
             self.state["retract"] = code
-        elif code in _STATE:
-            self.state[f"G{code}"] = code
+        elif code in _STATE or code in _GROUP or code in _LENGTH:
+            self._end_plunge()
+            group = "length" if code in _LENGTH else _GROUP.get(code, f"G{code}")
+            self.state[group] = code
             self.barrier += 1
         else:
-            return code == "4"
+            return code == "4" or code in _HEIGHT or code in _ARCS
         return True
 
     def _state_units(self, units: Units) -> None:
@@ -232,10 +224,21 @@ class _Reader:
         if code in ("2", "30"):
             self.ended = True
         elif code == "6":
-            tool = int(values["T"].split(b".")[0]) if "T" in values else self.pending
-            self.tool = self.pending = tool
-            self.selections.append(Selection(tool, self.at, len(self.columns[0])))
+            self._change(int(values["T"].split(b".")[0]) if "T" in values else self.pending)
         return code in _AUXILIARY or code in ("2", "30", "6")
+
+    def _change(self, tool: int) -> None:
+        """A section of another tool begins."""
+        self._end_section()
+        self.tool = self.pending = tool
+        self.selections.append(Selection(tool, self.at, len(self.columns[0])))
+
+    def _end_section(self) -> None:
+        """Where a tool goes after its last hole counts; a section without holes is none."""
+        self._end_plunge()
+        if len(self.columns[0]) > self.selections[-1].first:
+            self._pass(self.waiting)
+        self.waiting = []
 
     # -- places ----------------------------------------------------------------------------
 
@@ -293,64 +296,102 @@ class _Reader:
             return
         mode = "90" if self.absolute else "91"
         key = f"G{self.motion} {sorted(self.cycle.items())} {sorted(self.state.items())} {self.z}"
-        self._row(self.at, f"G{mode} {key}")
+        self._hole(self.at, f"G{mode} {key}")
+
+    def _rise(self, values: dict[str, bytes], bare: bytes) -> None:
+        """G28, G30 or G53 with Z alone: to a height of the machine's own."""
+        if self.motion in _CYCLES or "Z" not in values or {"X", "Y"} & values.keys():
+            self._stubborn(bare)
+            return
+        self._end_plunge()
+        self.z = None
+        self.barrier += 1
 
     def _move(self, values: dict[str, bytes], bare: bytes) -> None:
         """A G0 or G1 line: a way to a place, a plunge, or a retract."""
-        level, flat = {"Z"} & values.keys(), {"X", "Y"} & values.keys()
-        if self.motion not in ("0", "1") or (level and flat and self.hover and self.plunge):
+        flat = {"X", "Y"} & values.keys()
+        rises = not flat and self.absolute and Decimal(_number(values["Z"])) > (self.z or 0)
+        if self.motion not in ("0", "1") and not (self.motion == "" and rises):
             self._stubborn(bare)
             return
-        if flat:
-            self._end_plunge()
-            known = self._place(values)
-            if self.motion == "1" or level or not known:
-                self.barrier += 1
-                if level:
-                    self.z = _number(values["Z"]) if self.absolute else ""
-                if self.motion == "1" or not self.absolute:
-                    self._stubborn(bare)
-                return
-            self.hover = self.at, self.z
+        if not flat:
+            self._vertical(Decimal(_number(values["Z"])), bare)
             return
-        height = _number(values["Z"])
+        self._end_plunge()
+        known, slanted = self._place(values), "Z" in values
+        if self.motion == "1" or (slanted and not self.absolute):
+            self._stubborn(bare)
+            return
+        if slanted:
+            self.z = Decimal(_number(values["Z"]))
+        if known:
+            assert self.x is not None and self.y is not None
+            self.hover = Hover(self.at, (self.x[0], self.y[0]), self.z, slanted)
+        if slanted or not known:
+            self.barrier += 1
+
+    def _vertical(self, height: Decimal, bare: bytes) -> None:
+        """A move of Z alone."""
+        before = self.z
+        if self.absolute or before is not None:
+            self.z = here = height if self.absolute or before is None else before + height
+        else:
+            here = self.depth = self.depth + height
+        if self.hover is None and self.motion == "1" and here < (0 if before is None else before):
+            if not self.waiting or self.x is None or self.y is None:
+                self._stubborn(bare, "cuts where no rapid has led")
+                return
+            self.hover = replace(self.waiting.pop(), level=before)
         if self.hover is None:
-            self.z = height if self.absolute else ""
+            self.depth = Decimal(0)
             self.barrier += 1
             return
         feed = self.state.get("F", "") if self.motion == "1" else ""
-        by = "" if self.absolute else "by "
-        self.plunge.append(f"G{self.motion} Z{by}{height} F{feed}")
-        if self.absolute:
-            here, self.z = height, height
-        else:
-            self.depth += Decimal(height)
-            here, self.z = f"by {self.depth.normalize()}", "" if self.depth else self.hover[1]
-        if not self._cut:
-            self.levels.add(here)  # an approach, from which the plunge begins
-        elif here in self.levels or here in (self.hover[1], "by 0"):
-            self._end_plunge(closed=True)
+        self.plunge.append((f"G{self.motion} Z{here.normalize()} F{feed}", here))
 
-    @property
-    def _cut(self) -> bool:
-        """Whether the plunge has begun to drill."""
-        return any(move.startswith("G1") for move in self.plunge)
-
-    def _end_plunge(self, closed: bool = False) -> None:
-        """Close the hole that a plunge made; one that does not come back up is left alone."""
-        if self.hover is not None and self.plunge:
-            if closed and self._cut:
-                key = f"{self.plunge} from {self.hover[1]} {sorted(self.state.items())}"
-                self._row(self.hover[0], key)
-            else:
+    def _end_plunge(self) -> None:
+        """What came after a rapid was a hole, or else the rapid leads on to the next one."""
+        hover, plunge = self.hover, self.plunge
+        first = next((i for i, (move, _) in enumerate(plunge) if move.startswith("G1")), None)
+        if hover is not None and first is None:
+            self.waiting.append(hover)
+        elif hover is not None and first is not None:
+            relative = not self.absolute and hover.level is None
+            level = Decimal(0) if relative else hover.level
+            start = plunge[first - 1][1] if first else level
+            heights = [height for _, height in plunge[first:]]
+            levels = {level, *(height for _, height in plunge[:first])}
+            end = retracted(start, heights, levels, strict=relative)
+            if end is None:
+                self._keep(hover.line, "drills without coming back up")
+                end = len(heights) - 1
+            moves, top = [move for move, _ in plunge[first : first + end + 1]], heights[end]
+            over = "" if level is not None and level >= top else f"over {level}"
+            down = "" if start is not None and start >= top else f"from {start}"
+            self._hole(hover.line, f"{moves} {relative} {over} {down} {sorted(self.state.items())}")
+            if hover.slanted or end + 1 < len(heights):
                 self.barrier += 1
-        self.hover, self.plunge, self.depth, self.levels = None, [], Decimal(0), set()
+        self.hover, self.plunge, self.depth = None, [], Decimal(0)
 
-    def _row(self, first: int, key: str) -> None:
+    def _hole(self, line: int, key: str) -> None:
+        """A hole where the machine stands; rapids to its place go with it."""
         assert self.x is not None and self.y is not None
+        place = (self.x[0], self.y[0])
+        while self.waiting and self.waiting[-1].place == place and not self.waiting[-1].slanted:
+            self.approaches[self.waiting.pop().line] = line
+        self._pass(self.waiting)
+        self.waiting = []
+        self._row(Kind.HIT, line, place, key)
+
+    def _pass(self, rapids: list[Hover]) -> None:
+        """Rapids to where nothing is drilled."""
+        for rapid in rapids:
+            self._row(Kind.PASS, rapid.line, rapid.place, "pass")
+
+    def _row(self, kind: Kind, first: int, place: Place, key: str) -> None:
         if self.keys and key != self.keys[-1]:
             self.barrier += 1
-        row = (self.tool, self.x[0], self.y[0], first, self.at + 1, self.barrier, 0)
+        row = (self.tool, *place, first, self.at + 1, self.barrier, int(kind))
         for column, value in zip(self.columns, row, strict=True):
             column.append(value)
         self.keys.append(key)
@@ -358,7 +399,7 @@ class _Reader:
     # -- the end ---------------------------------------------------------------------------
 
     def _finish(self) -> GProgram:
-        if not self.keys:
+        if int(Kind.HIT) not in self.columns[-1]:
             reason = "; ".join(list(self.atomic.values())[:1])
             more = f" ({reason})" if reason else ""
             raise InputError(f"drills no hole that is understood{more}", self.path)
@@ -391,6 +432,7 @@ class _Reader:
             notes=tuple(notes),
             keys=tuple(self.keys),
             moves=self.moves,
+            approaches=self.approaches,
             leaning=frozenset(self.leaning),
         )
 
@@ -399,19 +441,18 @@ class _Reader:
 
     def _rows(self) -> Columns:
         finer = 10 ** (PLACES - self.places)
-        tool, x, y, first, last, barrier, _ = (
+        tool, x, y, first, last, barrier, kind = (
             np.frombuffer(column, dtype=np.int64) for column in self.columns
         )
         n = len(x)
         part = np.searchsorted([s.first for s in self.selections], np.arange(n), side="right") - 1
-        fixed = np.isin(part, list(self.atomic))
+        fixed = np.isin(part, list(self.atomic)) | (kind == Kind.PASS)
         edge = (np.diff(barrier) != 0) | fixed[1:] | fixed[:-1] | (np.diff(part) != 0)
         mark = np.where(fixed, int(Mark.FIXED), 0) | int(Mark.COMPLETE)
         x, y = x // finer, y // finer
-        kind = np.full(n, int(Kind.HIT), dtype=np.int8)
         stretch = np.concatenate(([0], np.cumsum(edge)))
         return Columns(
-            kind,
+            kind.astype(np.int8),
             tool.astype(np.int32),
             x,
             y,
@@ -422,12 +463,6 @@ class _Reader:
             mark.astype(np.int16),
             stretch.astype(np.int32),
         )
-
-
-def named(value: int) -> bytes:
-    """A value in units of ``10**-PLACES`` as a word's number, with a point."""
-    bare = b"%0*d" % (PLACES + 1, abs(value))
-    return (b"-" if value < 0 else b"") + bare[:-PLACES] + b"." + bare[-PLACES:].rstrip(b"0")
 
 
 def _number(text: bytes) -> str:

@@ -16,7 +16,7 @@ from tcp.errors import UsageError
 from tcp.files.excellon.guard import LostError
 from tcp.files.excellon.program import Place, Program
 from tcp.files.excellon.rewrite import Orders
-from tcp.files.gcode.reader import GProgram, named
+from tcp.files.gcode.program import GProgram, named
 
 _AXIS = rb"[+-]?(?:\d+\.?\d*|\.\d+)"
 _SPLIT = re.compile(rb"(\([^()]*\)|;[^\r\n]*)")
@@ -39,7 +39,7 @@ def reorder(program: Program, orders: Orders) -> bytes:
     for number in range(len(document)):
         line, move = document.line(number), program.moves.get(number)
         if move is not None:
-            wanted = target.get(number, move)
+            wanted = target.get(program.approaches.get(number, number), move)
             if move.incremental:
                 line = _stepped(line, (old, move.place), (new, wanted.place))
             elif wanted.names != move.names or (old != new and not _complete(line)):
@@ -57,7 +57,13 @@ def reorder(program: Program, orders: Orders) -> bytes:
 def _stepped(line: bytes, before: tuple[Place, Place], after: tuple[Place, Place]) -> bytes:
     """A line of G91 with the step that it takes now, if that is another one."""
     steps = [(q[0] - p[0], q[1] - p[1]) for p, q in (before, after)]
-    return line if steps[0] == steps[1] else _placed(line, named(steps[1][0]), named(steps[1][1]))
+    if steps[0] == steps[1]:
+        return line
+    words = [m[2] for part in _SPLIT.split(line)[::2] for m in _PLACE.finditer(part)]
+    x, y = map(named, steps[1])
+    if all(b"." not in word for word in words):  # some controls read 8 and 8. differently
+        x, y = x.removesuffix(b"."), y.removesuffix(b".")
+    return _placed(line, x, y)
 
 
 def _complete(line: bytes) -> bool:
