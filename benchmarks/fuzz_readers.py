@@ -1,7 +1,7 @@
 """Fuzzes the readers, guided by coverage: any bytes become a workpiece or one sentence.
 
     pip install atheris
-    python benchmarks/fuzz_readers.py [--minutes 15] [--out FOLDER] [READER ...]
+    python benchmarks/fuzz_readers.py [--minutes 15] [--out FOLDER] [--results FILE] [READER ...]
 
 READER is excellon, gcode, kicad, dxf, csv or tsplib; all of them by default, one after
 the other.  Each runs in a process of its own, starts from small seeds, keeps what reaches
@@ -9,25 +9,37 @@ new code in FOLDER/READER/corpus (so a second run goes on where the first stoppe
 what breaks a rule in FOLDER/READER/found, one file for each kind of failure.  The rules:
 
 * a reader returns a workpiece, or raises ``InputError`` or ``UsageError`` in one line;
-* a drill file that is read is written back byte for byte, and in any other order of its
-  units it is the same work (the guard says so).
+* a drill file that is read is written back byte for byte, and in any other order of its units
+  (and, Excellon, with its repeats written out) it is the same work: the guard says so.
 
-Findings become tests in ``tests/test_drill_fuzz.py`` and ``tests/test_fuzz_readers.py``.
-Exit code 1 if anything was found.
+Findings become tests in ``tests/test_drill_fuzz.py`` and ``tests/test_fuzz_readers.py``; what was
+found before and now keeps the rules is removed first.  What was run (seconds, executions, kinds of
+failure, versions) is kept in FILE, reader by reader.
+
+Exit code 0 if every reader was fuzzed and nothing was found, 1 if something was found, 2 if atheris
+is missing, 3 if a fuzzer ended before its time.
 """
 
 from __future__ import annotations
 
 import argparse
 import importlib
+import importlib.util
+import json
 import logging
 import random
+import re
 import subprocess
 import sys
 import tempfile
 import traceback
 from collections.abc import Callable
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from tcp.files.excellon import Program
+    from tcp.files.excellon.rewrite import Order
 
 HEAD = b"M48\nINCH,TZ\nT1C.02\nT2C.04\n%\nT1\n"
 TSP = b"NAME: p\nTYPE: TSP\nDIMENSION: 3\nEDGE_WEIGHT_TYPE: "
@@ -69,13 +81,13 @@ LONGEST = 2_000
 
 
 def drill_target(language: str) -> Callable[[bytes], None]:
-    """Reads a drill file, writes it back, shuffles it, and compares."""
+    """Reads a drill file, writes it back, shuffled, and hole by hole, and compares."""
     from tcp.errors import InputError, UsageError
     from tcp.files import excellon, gcode
     from tcp.files.drilling import compare, reordered, reparse
-    from tcp.files.excellon import Hints, Mark
+    from tcp.files.excellon import Hints
     from tcp.files.excellon.blocks import folded
-    from tcp.files.excellon.rewrite import Order, Turn
+    from tcp.files.excellon.edit import expand
 
     module = gcode if language == "gcode" else excellon
 
@@ -87,19 +99,32 @@ def drill_target(language: str) -> Callable[[bytes], None]:
             assert "\n" not in str(refusal) and len(str(refusal)) < 600
             return
         assert reordered(program, {}) == data, "written back it is another file"
-        rng, orders, view = random.Random(0), {}, folded(program)
-        for a, b in view.stretches():
-            free = (view.rows.mark[a:b] & Mark.FREE) != 0
-            turns = [Turn(a + i, bool(f) and rng.random() < 0.5) for i, f in enumerate(free)]
-            rng.shuffle(turns)
-            orders[a] = Order.of(turns)
-        try:
-            other = reordered(view, orders)
-        except UsageError:
-            return
-        compare(program, reparse(other, program, Hints(unfinished=True)))
+        rng = random.Random(0)
+        for view in (folded(program), program):
+            try:
+                other = reordered(view, shuffled(view, rng))
+            except UsageError:
+                continue
+            compare(program, reparse(other, program, Hints(unfinished=True)))
+        if language == "excellon" and program.times().sum() < 20_000:
+            written, _ = expand(program)
+            compare(program, reparse(written, program, Hints(unfinished=True)), text="free")
 
     return target
+
+
+def shuffled(program: Program, rng: random.Random) -> dict[int, Order]:
+    """Each stretch in a random order, what may be turned turned at random."""
+    from tcp.files.excellon import Mark
+    from tcp.files.excellon.rewrite import Order, Turn
+
+    orders = {}
+    for a, b in program.stretches():
+        free = (program.rows.mark[a:b] & Mark.FREE) != 0
+        turns = [Turn(a + i, bool(f) and rng.random() < 0.5) for i, f in enumerate(free)]
+        rng.shuffle(turns)
+        orders[a] = Order.of(turns)
+    return orders
 
 
 def file_target(suffix: str) -> Callable[[bytes], None]:
@@ -119,6 +144,15 @@ def file_target(suffix: str) -> Callable[[bytes], None]:
     return target
 
 
+def keeps_the_rules(target: Callable[[bytes], None], data: bytes) -> bool:
+    """Whether an input that once broke a rule does so no more."""
+    try:
+        target(data)
+    except Exception:
+        return False
+    return True
+
+
 def fuzz(reader: str, seconds: int, folder: Path) -> None:
     """Fuzz one reader in this process; libFuzzer ends the process when the time is up."""
     import atheris
@@ -134,6 +168,10 @@ def fuzz(reader: str, seconds: int, folder: Path) -> None:
     for i, seed in enumerate(SEEDS[reader]):
         (corpus / f"seed-{i}").write_bytes(seed)
     known: set[str] = set()
+    for file in found.iterdir():
+        if keeps_the_rules(target, file.read_bytes()):
+            file.unlink()
+            print(f"{reader}: mended since: {file.name}", flush=True)
 
     def kept(data: bytes) -> None:
         """Run the target; keep the shortest input for each kind of failure, and go on."""
@@ -160,6 +198,28 @@ def fuzz(reader: str, seconds: int, folder: Path) -> None:
 
 
 MODULES = ("csv", "tsplib", "kicad", "dxf", "excellon", "gcode")
+DONE = re.compile(r"Done (\d+) runs in (\d+) second")
+
+
+def run(reader: str, words: list[str]) -> dict[str, Any]:
+    """Fuzz one reader in a process of its own; what it says about itself at its end."""
+    command = [sys.executable, __file__, reader, "--here", *words]
+    row: dict[str, Any] = {"seconds": 0, "executions": 0}
+    with subprocess.Popen(command, stderr=subprocess.PIPE, text=True, errors="replace") as child:
+        assert child.stderr is not None
+        for line in child.stderr:
+            sys.stderr.write(line)
+            if done := DONE.match(line):
+                row = {"seconds": int(done[2]), "executions": int(done[1])}
+    whole = row["executions"] and child.returncode == 0
+    return row | {"ended": "in time" if whole else f"early, code {child.returncode}"}
+
+
+def keep(rows: dict[str, dict[str, Any]], file: Path) -> None:
+    """Put the rows of these readers in the place of their last ones."""
+    table = json.loads(file.read_text()) if file.exists() else {}
+    file.parent.mkdir(parents=True, exist_ok=True)
+    file.write_text(json.dumps(table | rows, indent=1, sort_keys=True) + "\n")
 
 
 def main() -> int:
@@ -167,19 +227,41 @@ def main() -> int:
     parser.add_argument("readers", nargs="*", metavar="READER", help=", ".join(SEEDS))
     parser.add_argument("--minutes", type=float, default=15.0, help="For each reader.")
     parser.add_argument("--out", type=Path, default=Path("benchmarks/results/fuzz"))
+    parser.add_argument("--results", type=Path, default=Path("benchmarks/results/fuzz.json"))
     parser.add_argument("--here", action="store_true", help=argparse.SUPPRESS)
     given = parser.parse_args()
     readers = given.readers or list(SEEDS)
     if unknown := set(readers) - SEEDS.keys():
         parser.error(f"no reader {min(unknown)}; expected {', '.join(SEEDS)}")
+    if importlib.util.find_spec("atheris") is None:
+        print("fuzzing needs atheris, which is not installed: pip install atheris", file=sys.stderr)
+        return 2
     if given.here:
         fuzz(readers[0], round(60 * given.minutes), given.out)
+    return report(readers, given)
+
+
+def report(readers: list[str], given: argparse.Namespace) -> int:
+    """Fuzz the readers one after the other, print and keep what came of it."""
+    from tcp.solve import versions
+
+    rows = {}
     for reader in readers:
-        words = [reader, "--here", "--minutes", str(given.minutes), "--out", str(given.out)]
-        subprocess.run([sys.executable, __file__, *words], check=False)
-    findings = [path for reader in readers for path in (given.out / reader / "found").glob("*")]
-    print(f"{len(findings)} kinds of failure found", *findings, sep="\n  ")
-    return 1 if findings else 0
+        row = run(reader, ["--minutes", str(given.minutes), "--out", str(given.out)])
+        found = sorted((given.out / reader / "found").glob("*"))
+        corpus = len(list((given.out / reader / "corpus").glob("*")))
+        libraries = versions(("atheris", *(["ezdxf"] if reader == "dxf" else [])))
+        row |= {"corpus": corpus, "found": [file.name for file in found], "versions": libraries}
+        rows[reader] = row
+        keep(rows, given.results)
+    for reader, row in rows.items():
+        ran = f"{row['seconds']:,} s, {row['executions']:,} executions, ended {row['ended']}"
+        print(f"{reader}: {ran}; {len(row['found'])} kinds of failure found")
+        for name in row["found"]:
+            print(f"  {given.out / reader / 'found' / name}")
+    if any(row["ended"] != "in time" for row in rows.values()):
+        return 3
+    return 1 if any(row["found"] for row in rows.values()) else 0
 
 
 if __name__ == "__main__":

@@ -3,6 +3,10 @@
 from __future__ import annotations
 
 import contextlib
+import importlib.util
+import json
+import sys
+from pathlib import Path
 
 import pytest
 from hypothesis import example, given, settings
@@ -11,6 +15,8 @@ from hypothesis import strategies as st
 from tcp import Instance
 from tcp.errors import InputError, UsageError
 from tcp.files import Reading, read
+
+ROOT = Path(__file__).parents[1]
 
 CELLS = ["x", "y", "id", "X (mm)", "y_in", "diameter", "tool", "1", "2.5", "-3", "1e3", "1,5"]
 CELLS += ["", " ", "nan", "#", '"', '"a', "é", "\0", "9" * 40, "1e308", "# units: inch", "\u2028"]
@@ -101,3 +107,50 @@ def test_a_long_cell_is_shortened(tmp_path, text):
     with pytest.raises(InputError) as caught:
         read(path)
     assert len(str(caught.value)) < 300
+
+
+def fuzzer():
+    spec = importlib.util.spec_from_file_location("fuzzer", ROOT / "benchmarks" / "fuzz_readers.py")
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def test_the_fuzzer_says_what_it_needs(monkeypatch, capsys):
+    module = fuzzer()
+    monkeypatch.setattr(sys, "argv", ["fuzz_readers.py", "csv"])
+    monkeypatch.setattr(importlib.util, "find_spec", lambda name: None)
+    assert module.main() == 2
+    assert "pip install atheris" in capsys.readouterr().err
+
+
+DONE = "import sys; print('Done 12 runs in 5 second(s)', file=sys.stderr)"
+
+
+@pytest.mark.parametrize(
+    ("script", "code", "said"),
+    [
+        ("raise SystemExit(3)", 3, "csv: 0 s, 0 executions, ended early, code 3"),
+        (DONE, 0, "csv: 5 s, 12 executions, ended in time; 0 kinds of failure"),
+        (DONE + "; raise SystemExit(77)", 3, "csv: 5 s, 12 executions, ended early, code 77"),
+    ],
+)
+def test_a_fuzzer_that_crashes_is_not_clean(tmp_path, monkeypatch, capsys, script, code, said):
+    module = fuzzer()
+    child = tmp_path / "child.py"
+    child.write_text(script)
+    results = tmp_path / "fuzz.json"
+    words = ["fuzz_readers.py", "csv", "--out", str(tmp_path), "--results", str(results)]
+    monkeypatch.setattr(sys, "argv", words)
+    monkeypatch.setattr(importlib.util, "find_spec", lambda name: name)
+    monkeypatch.setattr(module, "__file__", str(child))
+    assert module.main() == code
+    assert said in capsys.readouterr().out
+    row = json.loads(results.read_text())["csv"]
+    assert row["found"] == [] and row["versions"]["python"]
+
+
+def test_what_the_fuzzer_found_and_is_mended_goes():
+    target = fuzzer().drill_target("excellon")
+    assert fuzzer().keeps_the_rules(target, b"no drill file")
+    assert not fuzzer().keeps_the_rules(lambda data: 1 / 0, b"")

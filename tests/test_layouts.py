@@ -44,6 +44,7 @@ def test_kicad_pads_and_vias(tmp_path):
         ("(kicad_pcb)", "no drilled hole"),
         ("(kicad_pcb (via (at 1) (drill 1)))", "not understood"),
         ("(kicad_pcb (via (at 1 x) (drill 1)))", "not understood"),
+        ("(kicad_pcb (via (at 0 2444444444444) (drill 0.4)))", "beyond any workpiece"),
         ("(" * 1000, "no S-expression"),
         ("", "cut off"),
     ],
@@ -72,4 +73,16 @@ def test_dxf_circles_and_points(tmp_path):
         files.read(path, units="inch")
     path.write_text("nonsense")
     with pytest.raises(InputError, match="no DXF"):
+        files.read(path)
+
+
+@pytest.mark.parametrize("number", ["nan", "inf", "1e300"])
+def test_a_circle_that_lies_nowhere_is_refused(tmp_path, number):
+    pytest.importorskip("ezdxf", reason="ezdxf is not installed (tcp-drill[dxf])")
+    path = tmp_path / "d.dxf"
+    path.write_text(
+        "0\nSECTION\n2\nHEADER\n9\n$ACADVER\n1\nAC1009\n9\n$INSUNITS\n70\n4\n0\nENDSEC\n0\nSECTION\n"
+        f"2\nENTITIES\n0\nCIRCLE\n8\nvia\n10\n{number}\n20\n2.5\n40\n0.4\n0\nENDSEC\n0\nEOF\n"
+    )
+    with pytest.raises(InputError, match=r"no finite place|beyond any workpiece"):
         files.read(path)

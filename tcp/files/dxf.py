@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
@@ -45,6 +46,8 @@ def read(path: Path, *, units: str | None = None, tool: str | int | None = None)
         raise InputError("the drawing does not state its units; pass --units mm or inch", path)
     if stated is not None and asked is not None and stated != asked:
         raise InputError(f"the drawing states other units than --units {units}", path)
+    if not all(math.isfinite(value) for circle in found for value in circle[:3]):
+        raise InputError("a circle or point has no finite place or radius", path)
     unit = stated or asked or Fraction(1)
     drills = [
         Drill(_nm(x, unit), _nm(y, unit), 2 * _nm(radius, unit) * STEP, layer)

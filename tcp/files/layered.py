@@ -13,7 +13,7 @@ import numpy as np
 from tcp.errors import InputError, listed, shown
 from tcp.files.reading import Reading
 from tcp.travel import Model, Travel
-from tcp.workpiece import Workpiece
+from tcp.workpiece import MAX_STEPS, Workpiece
 
 STEP = Fraction(1, 10**6)
 """Positions are whole nanometres: KiCad's own unit, and finer than any drawing is drilled."""
@@ -41,6 +41,8 @@ def reading(
     """
     if not drills:
         raise InputError("holds no drilled hole", path)
+    if max(max(abs(d.x), abs(d.y)) for d in drills) > MAX_STEPS:
+        raise InputError("a hole lies beyond any workpiece; expected a board's coordinates", path)
     groups = sorted({(d.group, d.diameter) for d in drills})
     names = {group: f"T{i + 1}" for i, group in enumerate(groups)}
     counts = Counter(names[d.group, d.diameter] for d in drills)
@@ -48,7 +50,7 @@ def reading(
         f"{name} ({counts[name]}) {float(g[1]):g} mm{' ' + g[0] if g[0] else ''}"
         for g, name in names.items()
     )
-    chosen = max(counts, key=lambda name: counts[name]) if tool is None else str(tool).upper()
+    chosen = max(names.values(), key=counts.__getitem__) if tool is None else str(tool).upper()
     chosen = f"T{chosen}" if chosen.isdigit() else chosen
     mine = [d for d in drills if chosen in ("ALL", names[d.group, d.diameter])]
     if not mine:

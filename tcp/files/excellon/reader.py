@@ -47,6 +47,9 @@ _WORDS = re.compile(rb"(?:[A-Z][ \t]*(?:" + NUMBER + rb")?[ \t]*)+$")
 _WORD = re.compile(rb"([A-Z])[ \t]*(" + NUMBER + rb")?")
 _TEXT = re.compile(rb"M(45|47|97|98),?(.*)$", re.S)
 
+MOST = 20_000_000
+"""Most holes of a file, repeats and copies expanded; a few lines could ask for more than memory."""
+
 _MESSAGES_AND_STOPS = {95, 6, 9, 18, 19, 60, 61, 62, 63}
 
 
@@ -296,7 +299,7 @@ class Reader(Routing):
         assert settings.units.value is not None
         finer = 10 ** (PLACES - settings.places)
         rows = self._rows(finer)
-        return Program(
+        program = Program(
             path=self.path,
             document=self.document,
             units=settings.units.value,
@@ -317,6 +320,10 @@ class Reader(Routing):
             selections=tuple(self.selections),
             notes=tuple(self.notes),
         )
+        holes = int(program.times().sum())
+        if holes > MOST:
+            raise InputError(f"repeats make {holes:,} holes of it; at most {MOST:,}", self.path)
+        return program
 
     def _rows(self, finer: int) -> Columns:
         """The columns as arrays; coordinates in place, and once where all units are points."""
