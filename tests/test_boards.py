@@ -500,7 +500,11 @@ def test_the_machines_of_the_manual(path):
         ("[travel]\nvx = 'fast'", "not a number"),
         ("[travel]\nmodel = 'warp'", "unknown travel model"),
         ("[travel]\nmodel = 'trapezoidal'", "needs the accelerations"),
-        ("tool_change = -1", "greater than 0"),
+        ("tool_change = -1", "0 or more, not -1"),
+        ("tool_change = 5", "give the speeds"),
+        ("[travel]\nvx = 400", "vx and vy belong together"),
+        ("[travel]\nvx = 4\nvy = 4\nax = 1\nay = 1", "not for simultaneous"),
+        ("[travel]\nmodel = 'trapezoidal'\nax = 1\nay = 1", "needs the speeds"),
         ("drill = inf", "drill = 'inf' is not a number"),
         ("tool_change = 'x'", "tool_change = 'x' is not a number"),
         ("[travel]\nvx = true", "vx = True is not a number"),
@@ -543,7 +547,6 @@ def test_a_board_is_written_beside_its_input(board):
     written = board.with_name("board-optimized.drl")
     compare(parse(before), read_program(written))
     assert "proved shortest" in done.stdout and str(written) in done.stdout
-    assert run(board).exit_code == 0
     written.write_bytes(b"mine")
     done = run(board)
     assert done.exit_code == 7 and "--force" in done.stderr and written.read_bytes() == b"mine"
@@ -606,6 +609,9 @@ def test_outputs_without_a_place_are_refused_before_any_work(board, tmp_path, mo
         assert done.stderr.count("\n") == 1
     for words in (["--plot", tmp_path / "a.pdf"], ["--report", tmp_path / "a.txt"]):
         assert run(board, *words).exit_code == 2
+    board.with_name("board-optimized.drl").write_text("something else")
+    done = run(board)
+    assert done.exit_code == 7 and "exists already" in done.stderr
 
 
 def test_more_locked_holes_than_there_are_keep_the_file(board):
@@ -661,6 +667,9 @@ def test_folders_and_patterns(board, tmp_path):
     assert done.exit_code == 0 and "3 boards" in done.stdout
     assert run(tmp_path / "*.drl", "--out", out, "--force").exit_code == 0
     assert run(tmp_path / "*.xyz").exit_code == 3
+    for _ in range(2):  # what the first run wrote is no board of the second
+        assert run(more / "*.cnc", "--force").exit_code == 0
+    assert not list(more.glob("*-optimized-optimized.cnc"))
     assert run(board, tmp_path / "second.txt", "--out", tmp_path / "one.drl").exit_code == 2
     (out / "empty").mkdir()
     assert run(out / "empty").exit_code == 3
@@ -690,6 +699,16 @@ def test_bad_files_do_not_stop_the_others(board, tmp_path):
         ["--travel", "trapezoidal"],
         ["--format", "24"],
         ["--effort", "some"],
+        ["--exact", "--effort", "fast"],
+        ["--check", "--in-place"],
+        ["--check", "--out", "x.drl"],
+        ["--check", "--force"],
+        ["--in-place", "--out", "x.drl"],
+        ["--keep-first", "1", "--tool-order", "ascending"],
+        ["--keep-first", "1", "--merge-tool-selections"],
+        ["--vx", "5"],
+        ["--ax", "5", "--ay", "5"],
+        ["--travel", "trapezoidal", "--ax", "5", "--ay", "5"],
     ],
 )
 def test_usage_errors_are_one_sentence(board, words):

@@ -382,7 +382,7 @@ def test_programs_are_found_by_suffix_or_look(tmp_path):
     done = CliRunner().invoke(main, ["optimize", str(tmp_path / "a.ngc")])
     assert done.exit_code == 0, done.output
     assert (tmp_path / "a-optimized.ngc").exists()
-    for option in (["--expand"], ["--merge-tool-selections"]):
+    for option in (["--expand"], ["--merge-tool-selections"], ["--tool-order", "optimise"]):
         done = CliRunner().invoke(main, ["optimize", *option, str(tmp_path / "a.nc")])
         assert done.exit_code == 2
 

@@ -64,8 +64,6 @@ class Target:
             If the wishes contradict each other.
         """
         if self.in_place:
-            if self.out is not None:
-                raise UsageError("--in-place replaces the input; drop --out")
             return source
         if self.out is None:
             return source.with_name(f"{source.stem}{MARK}{source.suffix}")
@@ -132,8 +130,10 @@ def collect(given: Sequence[Path]) -> list[Path]:
             found += _inside(path)
         elif not path.exists() and any(c in path.name for c in "*?["):
             matches = sorted(path.parent.glob(path.name))
+            if MARK not in path.name:
+                matches = [match for match in matches if MARK not in match.stem]
             if not matches:
-                raise InputError("matches no file", path)
+                raise InputError("matches no drill file", path)
             found += matches
         else:
             found.append(path)

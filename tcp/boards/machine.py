@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Mapping, Set
 from dataclasses import dataclass, field
 from fractions import Fraction
 from pathlib import Path
@@ -81,13 +81,31 @@ def read_machine(path: str | Path) -> Machine:
     name = data.get("name", path.stem)
     if not isinstance(name, str):
         raise InputError(f"name = {name!r} is not a text", path)
+    travel = _travel(table, path)
+    change, drill = (_number(data, key, path, zero=True) for key in ("tool_change", "drill"))
+    wrong = misfit(travel.model, set(table))
+    if not wrong and "vx" not in table and (change or drill):
+        wrong = "tool_change and drill are seconds; give the speeds vx and vy, too"
+    if wrong:
+        raise InputError(f"[travel]: {wrong}", path)
     return Machine(
-        travel=_travel(table, path),
-        tool_change=_number(data, "tool_change", path, zero=True) or Fraction(0),
-        drill=_number(data, "drill", path, zero=True) or Fraction(0),
+        travel=travel,
+        tool_change=change or Fraction(0),
+        drill=drill or Fraction(0),
         name=name,
         timed="vx" in table,
     )
+
+
+def misfit(model: Model, given: Set[str]) -> str | None:
+    """What is wrong about the speeds and accelerations that a model is given; None if nothing."""
+    if len(given & {"vx", "vy"}) == 1:
+        return "vx and vy belong together; give both"
+    if model is Model.TRAPEZOIDAL:
+        return None if "vx" in given else "trapezoidal travel needs the speeds vx and vy"
+    if given & {"ax", "ay"}:
+        return f"ax and ay are for trapezoidal travel, not for {model}"
+    return None
 
 
 def _known(data: Mapping[str, Any], keys: set[str], where: str, path: Path) -> None:
@@ -107,7 +125,8 @@ def _number(data: Mapping[str, Any], key: str, path: Path, zero: bool = False) -
     if value is None or isinstance(data[key], bool):
         raise InputError(f"{key} = {data[key]!r} is not a number", path)
     if value < 0 or (value == 0 and not zero):
-        raise InputError(f"{key} must be greater than 0, not {value}", path)
+        least = "0 or more" if zero else "greater than 0"
+        raise InputError(f"{key} must be {least}, not {value}", path)
     return value
 
 

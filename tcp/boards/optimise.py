@@ -72,6 +72,11 @@ class Wishes:
         Solve a board that is repeated k x m once, and link its copies.
     check : bool
         Whether the file is only to be judged: the report says how much of its travel is needed.
+
+    Raises
+    ------
+    UsageError
+        If the first holes are to stay in front, but their tools may move.
     """
 
     machine: Machine = field(default_factory=Machine)
@@ -88,6 +93,13 @@ class Wishes:
     certificates: Path | None = None
     panels: bool = True
     check: bool = False
+
+    def __post_init__(self) -> None:
+        if self.keep_first and (self.merge or self.tool_order is not ToolOrder.KEEP):
+            raise UsageError(
+                "--keep-first keeps the file's first holes in front, so tools stay where they are; "
+                "drop --tool-order and --merge-tool-selections"
+            )
 
     @property
     def text_guard(self) -> str:
@@ -248,7 +260,7 @@ def optimise(
         If the new file would do other work than the old one.
     """
     wishes, original = wishes or Wishes(), program
-    program, notes = prepared(program, wishes.merge, wishes.expand, hints)
+    program, notes = prepared(program, wishes.merge, wishes.expand, wishes.tool_order, hints)
     rule = rule_for(program, wishes.machine.travel, (wishes.start, wishes.park))
     costs = measure(program, rule, wishes.start, wishes.park)
     program = inside_out(program, rule, _solve_inside(program, wishes, news), hints)

@@ -5,6 +5,7 @@ Each version is written, read back and compared before the next one is made.
 
 from __future__ import annotations
 
+from tcp.boards.chain import ToolOrder
 from tcp.boards.choose import Choice, Solved, permuted
 from tcp.boards.trail import Costs, measure
 from tcp.errors import UsageError
@@ -18,12 +19,16 @@ from tcp.travel import CostRule
 
 
 def prepared(
-    program: Program, merge: bool, spread: bool, hints: Hints | None
+    program: Program, merge: bool, spread: bool, tool_order: ToolOrder, hints: Hints | None
 ) -> tuple[Program, tuple[str, ...]]:
     """The board as it is to be solved, and notes: expanded and merged where that is asked for."""
     notes: tuple[str, ...] = ()
-    if isinstance(program, GProgram) and (merge or spread):
-        raise UsageError(f"{program.path}: G-code is only re-ordered; drop --expand and --merge")
+    moved = tool_order is not ToolOrder.KEEP
+    if isinstance(program, GProgram) and (merge or spread or moved):
+        raise UsageError(
+            f"{program.path}: in G-code only holes of one tool change places; drop --expand, "
+            f"--merge-tool-selections and --tool-order"
+        )
     if spread:
         data, notes = expand(program)
         expanded = reparse(data, program, hints)
@@ -71,8 +76,6 @@ def rewritten(program: Program, view: Program, choice: Choice, hints: Hints | No
         after = reparse(reordered(view, choice.orders), program, hints)
         compare(program, after)
     busy = choice.sequence
-    if isinstance(program, GProgram) and busy != tuple(sorted(busy)):
-        raise UsageError(f"{program.path}: the tools of G-code stay in order; drop --tool-order")
     if busy != tuple(sorted(busy)):
         places = iter(busy)
         idle = set(range(len(program.selections))) - set(busy)

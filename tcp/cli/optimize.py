@@ -15,7 +15,7 @@ import click
 from tcp.boards.chain import ToolOrder
 from tcp.boards.deliver import Target, collect, manifest, write_board
 from tcp.boards.effort import CHECK_LIMIT, LIMITS, Effort
-from tcp.boards.machine import Machine, read_machine
+from tcp.boards.machine import Machine, misfit, read_machine
 from tcp.boards.optimise import Board, News, Wishes, optimise
 from tcp.cli.main import complain
 from tcp.cli.options import READ, fleet_options, number, point
@@ -42,6 +42,14 @@ Examples:
 Exit codes: 0 done, 1 with --check: a shorter order exists, 2 usage, 3 unreadable
 or not understood, 5 with --exact: a tool without proof, 7 not written, 70 internal
 error, 130 interrupted. With several files the highest one counts."""
+
+CONTRADICTIONS = (
+    ("in_place", "out", "--in-place replaces the input"),
+    ("check", "in_place", "--check only judges and writes no board"),
+    ("check", "out", "--check only judges and writes no board"),
+    ("check", "force", "--check only judges and writes no board"),
+)
+"""Options that do not go together: the one, the other, and why."""
 
 LIMIT_HELP = ", ".join(f"{effort} {limit:g}" for effort, limit in LIMITS.items())
 
@@ -233,7 +241,7 @@ def _options(options: list[Any]) -> Callable[[Function], Function]:
 @click.option("--out", "-o", type=click.Path(path_type=Path), help="File or directory to write.")
 @click.option("--in-place", is_flag=True, help="Replace the input; it is kept as NAME.bak.")
 @click.option("--force", is_flag=True, help="Overwrite an existing output.")
-@click.option("--dry-run", is_flag=True, help="Do everything but write.")
+@click.option("--dry-run", is_flag=True, help="Do everything but write boards.")
 @click.option("--check", is_flag=True, help="Only judge the file; exit 1 if it wastes travel.")
 @click.option(
     "--certificates", type=click.Path(path_type=Path), help="Folder for a certificate a tool."
@@ -300,6 +308,11 @@ def _job(given: dict[str, Any], many: bool) -> Job:
         raise UsageError(f"--time-limit must be greater than 0, not {given['time_limit']:g}")
     if given["seed"] < 0:
         raise UsageError(f"--seed must be 0 or more, not {given['seed']}")
+    for one, other, reason in CONTRADICTIONS:
+        if given[one] and given[other]:
+            raise UsageError(f"{reason}; drop --{other.replace('_', '-')}")
+    if given["exact"] and given["effort"] == Effort.FAST:
+        raise UsageError("--exact needs proofs, --effort fast seeks none; drop one of them")
     for name in ("start", "park"):
         if given["home"] is not None and given[name] is not None:
             raise UsageError(f"--home is both --start and --park; drop --{name}")
@@ -345,9 +358,12 @@ def _time_limit(given: dict[str, Any]) -> float | None:
 def _check_outputs(job: Job, paths: Sequence[Path], given: dict[str, Any]) -> None:
     """See that all that is asked for can be written, before any work is done."""
     targets: list[tuple[Path, tuple[str, ...]]] = []
+    found: set[Path] = set()
     for path in paths:
         if job.writes and not job.target.in_place:
-            targets.append((job.target.path(path, job.many), ()))
+            target = job.target.path(path, job.many)
+            targets.append((target, ()))
+            found |= {target} if target.is_file() and not job.target.force else set()
         if given["plot"] is not None:
             targets.append((output_path(given["plot"], path, job.many, ".svg"), (".svg", ".png")))
         if given["report"] is not None:
@@ -356,6 +372,8 @@ def _check_outputs(job: Job, paths: Sequence[Path], given: dict[str, Any]) -> No
     if given["manifest"] is not None:
         targets.append((given["manifest"], ()))
     check_outputs(targets, paths)
+    if found:
+        raise OutputError(f"{min(found)} exists already; say --force to overwrite it")
 
 
 def _fleet(given: dict[str, Any]) -> Fleet:
@@ -382,9 +400,9 @@ def _machine(given: dict[str, Any]) -> Machine:
         name: given[name] for name in ("vx", "vy", "ax", "ay") if given[name] is not None
     }
     travel = machine.travel
-    if given["travel"] is not None:
-        changes["model"] = parse_model(given["travel"])  # type: ignore[assignment]
-    if not changes:
-        return machine
-    timed = machine.timed or "vx" in changes or "vy" in changes
-    return replace(machine, travel=replace(travel, **changes), timed=timed)  # type: ignore[arg-type]
+    model = travel.model if given["travel"] is None else parse_model(given["travel"])
+    wrong = misfit(model, changes.keys() | ({"vx", "vy"} if machine.timed else set()))
+    if wrong:
+        raise UsageError(wrong)
+    timed = machine.timed or "vx" in changes
+    return replace(machine, travel=replace(travel, model=model, **changes), timed=timed)  # type: ignore[arg-type]
