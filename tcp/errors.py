@@ -7,7 +7,6 @@ else that escapes is a bug in ``tcp`` and exits with :attr:`Exit.INTERNAL`.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from enum import IntEnum
 from pathlib import Path
 
@@ -25,20 +24,6 @@ class Exit(IntEnum):
     OUTPUT = 7
     INTERNAL = 70
     INTERRUPTED = 130
-
-
-def shown(text: str | bytes, most: int = 40) -> str:
-    """What a file says, quoted for a message: so many characters, and ``...`` for the rest."""
-    if isinstance(text, bytes):
-        text = text[: most + 1].decode("latin-1")
-    return f"{text[:most]!r}..." if len(text) > most else repr(text)
-
-
-def listed(names: Iterable[str], most: int = 8) -> str:
-    """Names that a file gives, for a message: the first few, each cut short, and how many more."""
-    names = list(names)
-    first = [repr(name[:30])[1:-1] + "..." * (len(name) > 30) for name in names[:most]]
-    return ", ".join(first) + (f" and {len(names) - most} more" if len(names) > most else "")
 
 
 class TcpError(Exception):

@@ -19,7 +19,8 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from tcp.errors import InputError, shown
+from tcp.errors import InputError
+from tcp.words import shown
 
 Ints = NDArray[np.int64]
 

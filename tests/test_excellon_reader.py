@@ -393,7 +393,7 @@ def test_files_read_knows_drill_files_by_suffix_or_by_look(tmp_path):
         reading = files.read(path)
         assert reading.workpiece.name.endswith("-T2") and len(reading.workpiece) == 2
         assert reading.travel == Travel(Model.SIMULTANEOUS)
-        assert "T1" in reading.notes[-2] and "1 slots" in reading.notes[-1]
+        assert "T1" in reading.notes[-2] and "left out: 1 slot;" in reading.notes[-1]
     assert len(files.read(path, tool="all").workpiece) == 3
     (tmp_path / "holes.txt").write_text("1,2\n3,4\n")
     assert len(files.read(tmp_path / "holes.txt").workpiece) == 2

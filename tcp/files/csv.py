@@ -14,11 +14,12 @@ from collections.abc import Iterator, Sequence
 from fractions import Fraction
 from pathlib import Path
 
-from tcp.errors import InputError, shown
+from tcp.errors import InputError
 from tcp.files.layout import Layout, agreed_unit, layout_notes, layout_of, split, unit_comment
 from tcp.files.numbers import Decimals, TooFine, common_steps
 from tcp.files.reading import UNITS, Reading, coincidence_note
 from tcp.files.text import read_lines
+from tcp.words import shown
 from tcp.workpiece import Workpiece, exact_decimal
 
 

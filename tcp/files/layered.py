@@ -10,9 +10,10 @@ from pathlib import Path
 
 import numpy as np
 
-from tcp.errors import InputError, listed, shown
+from tcp.errors import InputError
 from tcp.files.reading import Reading
 from tcp.travel import Model, Travel
+from tcp.words import listed, shown
 from tcp.workpiece import MAX_STEPS, Workpiece
 
 STEP = Fraction(1, 10**6)

@@ -8,8 +8,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from tcp.errors import InputError, listed, shown
+from tcp.errors import InputError
 from tcp.files.numbers import Decimals
+from tcp.words import listed, shown
 
 _NAMES = {
     "id": "id no no. nr nr. number name hole holeid holeno holenumber # index",

@@ -7,7 +7,8 @@ from decimal import Context
 
 import numpy as np
 
-from tcp.errors import InputError, shown
+from tcp.errors import InputError
+from tcp.words import shown
 from tcp.workpiece import MAX_DIGITS, MAX_STEPS, Ints, exact_decimal
 
 _PLAIN = re.compile(r"[+-]?(?:[0-9]{1,15}(?:\.[0-9]{0,15})?|\.[0-9]{1,15})")

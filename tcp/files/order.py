@@ -19,7 +19,8 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from tcp.errors import InputError, UsageError, listed, shown
+from tcp.errors import InputError, UsageError
+from tcp.words import listed, shown
 from tcp.workpiece import Workpiece
 
 Ints = NDArray[np.int64]

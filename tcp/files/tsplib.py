@@ -16,11 +16,12 @@ from pathlib import Path
 
 import numpy as np
 
-from tcp.errors import InputError, shown
+from tcp.errors import InputError
 from tcp.files.numbers import Decimals, TooFine, common_steps
 from tcp.files.reading import UNITS, Reading, coincidence_note
 from tcp.files.text import read_lines
 from tcp.travel import Model, Rounding, Travel
+from tcp.words import shown
 from tcp.workpiece import Ints, Workpiece
 
 ONE = Fraction(1)

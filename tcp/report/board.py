@@ -9,6 +9,7 @@ from typing import Any
 
 from tcp.boards.optimise import Board, Part
 from tcp.report.table import percent
+from tcp.words import counted
 
 
 def amount(board: Board, cost: int | None) -> str:
@@ -69,9 +70,9 @@ def _amount(board: Board) -> Any:
 def contents(board: Board) -> str:
     """What a board consists of, in a few words."""
     program = board.before
-    counts = [(program.hits, "holes"), (program.slots, "slots"), (program.routed, "routed paths")]
-    what = ", ".join(f"{n} {name}" for n, name in counts if n)
-    return f"{what or 'no holes'}, {len(program.used)} tools, {board.wishes.machine.travel.model}"
+    counts = [(program.hits, "hole"), (program.slots, "slot"), (program.routed, "routed path")]
+    what = ", ".join(counted(n, name) for n, name in counts if n) or "no holes"
+    return f"{what}, {counted(len(program.used), 'tool')}, {board.wishes.machine.travel.model}"
 
 
 def audit(board: Board) -> str:

@@ -8,6 +8,7 @@ from fractions import Fraction
 
 from tcp.instance import Instance
 from tcp.result import Proof, Result, Status, decimal
+from tcp.words import counted
 
 WIDTH = 92
 SHOWN = 300
@@ -41,9 +42,8 @@ def summary(result: Result) -> str:
 def describe(instance: Instance) -> str:
     """Holes, travel and ends of an instance in a few words."""
     n, travel = len(instance), instance.travel
-    holes = "1 hole" if n == 1 else f"{n} holes"
     speeds = "" if travel.vx == travel.vy == 1 else f" (vx {travel.vx}, vy {travel.vy})"
-    return f"{holes}, {travel.model} travel{speeds}, {describe_ends(instance)}"
+    return f"{counted(n, 'hole')}, {travel.model} travel{speeds}, {describe_ends(instance)}"
 
 
 def describe_ends(instance: Instance) -> str:

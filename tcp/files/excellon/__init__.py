@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from tcp.errors import UsageError, listed
+from tcp.errors import UsageError
 from tcp.files.excellon.numbers import Digits, Units, Zeros, parse_digits
 from tcp.files.excellon.piece import choose_tool, expanded, oddities, workpiece
 from tcp.files.excellon.program import Kind, Mark, Program, Tool
@@ -12,6 +12,7 @@ from tcp.files.excellon.reader import parse, read_program
 from tcp.files.excellon.settings import Hints
 from tcp.files.reading import Reading
 from tcp.travel import Model, Travel
+from tcp.words import counted, listed
 
 __all__ = [
     "Digits",
@@ -97,9 +98,7 @@ def read(
     if tool is None and others:
         names = listed(f"T{t}" for t in others)
         notes.append(f"T{chosen} drills most holes and is taken; --tool chooses among {names}")
-    if program.slots or program.routed:
-        notes.append(
-            f"{program.slots} slots and {program.routed} routed paths are left out; "
-            f"tcp optimize orders them too"
-        )
+    counts = [(program.slots, "slot"), (program.routed, "routed path")]
+    if left := " and ".join(counted(n, name) for n, name in counts if n):
+        notes.append(f"left out: {left}; tcp optimize orders them too")
     return Reading(workpiece(program, chosen), Travel(Model.SIMULTANEOUS), tuple(notes))

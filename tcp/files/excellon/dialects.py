@@ -39,16 +39,24 @@ def recognise(data: bytes, path: Path) -> None:
 
 
 def _binary(head: bytes) -> str | None:
-    if head[:2] in (b"\xff\xfe", b"\xfe\xff") or head[:1000:2].count(0) > len(head[:1000]) // 5:
-        return "is UTF-16 text; convert it to ASCII (iconv -f UTF-16 -t ASCII)"
-    if head[1:1000:2].count(0) > len(head[:1000]) // 5:
+    if _wide(head):
         return "is UTF-16 text; convert it to ASCII (iconv -f UTF-16 -t ASCII)"
     if head[:2] in (b"PK", b"\x1f\x8b") or head[:4] == b"Rar!":
         return "is an archive; unpack it first"
-    control = sum((b < 32 and b not in b"\t\r\n\x0c\x1a\0") or b == 0x80 for b in head)
-    if control > len(head) // 20:
+    if b"\x80" in head and sum(b.bit_count() % 2 for b in head) > 0.95 * len(head):
         return "is an EIA-coded (binary) drill tape; export the ASCII drill file instead"
+    if sum(b < 32 and b not in b"\t\r\n\x0c\x1a\0" for b in head) > len(head) // 20:
+        return "is a binary file; expected an Excellon drill file"
     return None
+
+
+def _wide(head: bytes) -> bool:
+    """Whether text is UTF-16: a byte order mark, or zeros in every other place and only there."""
+    start = head[:1000]
+    zeros = start[::2].count(0), start[1::2].count(0)
+    return head[:2] in (b"\xff\xfe", b"\xfe\xff") or (
+        max(zeros) > len(start) // 10 and min(zeros) <= len(start) // 100
+    )
 
 
 _GCODE = re.compile(
@@ -59,6 +67,7 @@ _CELLS = (
     (re.compile(r"^(?:IN;|PU|PD|SP\d)[^\n]*;", re.M), "is an HPGL plot"),
     (re.compile(r"NCDrill File Report|^-{20,}\s*$", re.M), "is a drill report, not a drill file"),
     (re.compile(r"^\s*\(kicad_pcb\b", re.M), "is a KiCad board"),
+    (re.compile(r"\A%PDF-"), "is a PDF document"),
     (re.compile(r"^\s*0\s*[\r\n]+\s*SECTION\s*[\r\n]", re.M), "is a DXF drawing"),
     (re.compile(r"^\s*<(?:\?xml|!DOCTYPE|html)", re.M | re.I), "is an XML or HTML page"),
 )

@@ -6,8 +6,8 @@ import re
 from fractions import Fraction
 from typing import TYPE_CHECKING
 
-from tcp.errors import shown
 from tcp.files.excellon.program import Tool
+from tcp.words import shown
 
 if TYPE_CHECKING:
     from tcp.files.excellon.state import State

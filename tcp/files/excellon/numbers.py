@@ -12,7 +12,8 @@ from dataclasses import dataclass
 from enum import StrEnum
 from fractions import Fraction
 
-from tcp.errors import UsageError, shown
+from tcp.errors import UsageError
+from tcp.words import shown
 
 PLACES = 9
 """Decimals of the integers that coordinates are read into."""

@@ -6,9 +6,10 @@ from fractions import Fraction
 
 import numpy as np
 
-from tcp.errors import InputError, listed
+from tcp.errors import InputError
 from tcp.files.excellon.document import Ints
 from tcp.files.excellon.program import Kind, Program, repeated
+from tcp.words import listed
 from tcp.workpiece import Workpiece
 
 WIDEST = Fraction(460)

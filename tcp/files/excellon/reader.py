@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from tcp.errors import InputError, shown
+from tcp.errors import InputError
 from tcp.files.excellon.bulk import Bools, Run, read_run
 from tcp.files.excellon.dialects import find_sidecar, recognise
 from tcp.files.excellon.document import Ints, cut
@@ -36,6 +36,7 @@ from tcp.files.excellon.routing import Routing
 from tcp.files.excellon.settings import Hints, Settings
 from tcp.files.excellon.state import NUMBER, ROUT, Words, code_of
 from tcp.files.text import read_bounded
+from tcp.words import shown
 
 _HIT = re.compile(
     rb"[ \t]*(?:X[ \t]*(" + NUMBER + rb"))?[ \t]*(?:Y[ \t]*(" + NUMBER + rb"))?[ \t]*(?:;.*)?$"
@@ -272,6 +273,8 @@ class Reader(Routing):
                 self._barrier()
         elif code in (4, 7):
             self._barrier()
+        elif code == 85:
+            self.refuse("G85 without the slot's first end; expected both on one line: X#Y#G85X#Y#")
         else:
             self.refuse(
                 f"G{code:02d} is not understood; remove the line if the machine can do without"

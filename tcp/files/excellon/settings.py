@@ -15,10 +15,11 @@ from fractions import Fraction
 from pathlib import Path
 from typing import Generic, TypeVar
 
-from tcp.errors import InputError, UsageError, shown
+from tcp.errors import InputError, UsageError
 from tcp.files.excellon.bulk import Numbers
 from tcp.files.excellon.document import Ints
 from tcp.files.excellon.numbers import Digits, Style, Units, Zeros, parse_digits, pointed, unpointed
+from tcp.words import shown
 
 STANDARD = {Units.INCH: Digits(2, 4), Units.MM: Digits(3, 3)}
 """The formats that INCH and METRIC mean where nothing else is said."""

@@ -12,7 +12,7 @@ from array import array
 from pathlib import Path
 from typing import NoReturn
 
-from tcp.errors import InputError, listed
+from tcp.errors import InputError
 from tcp.files.excellon.document import Document
 from tcp.files.excellon.program import (
     Copy,
@@ -26,6 +26,7 @@ from tcp.files.excellon.program import (
     Tool,
 )
 from tcp.files.excellon.settings import Settings
+from tcp.words import listed
 
 NUMBER = rb"[+-]?(?:\d+\.?\d*|\.\d+)"
 """Digits with an optional point and sign."""

@@ -21,13 +21,14 @@ from pathlib import Path
 
 import numpy as np
 
-from tcp.errors import InputError, shown
+from tcp.errors import InputError
 from tcp.files.excellon.document import Document, cut
 from tcp.files.excellon.numbers import PLACES, Style, Units, pointed
 from tcp.files.excellon.program import Columns, Kind, Mark, Place, Selection, Tool
 from tcp.files.excellon.settings import Hints
 from tcp.files.gcode.plunge import Hover, retracted
 from tcp.files.gcode.program import GProgram, Move, named
+from tcp.words import shown
 
 _COMMENT = re.compile(rb"\([^()]*\)|;.*")
 _WORD = re.compile(rb"[ \t]*([A-Za-z])[ \t]*([+-]?(?:\d+\.?\d*|\.\d+))[ \t]*")
