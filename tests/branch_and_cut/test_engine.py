@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 
 from tcp import Ends, Instance, Model, Rules, Status, Stop, Travel, Workpiece, solve
 from tcp.errors import UsageError
+from tcp.exact.branch_and_cut import tree
 from tcp.exact.branch_and_cut.relaxation import Answer, Relaxation
 from tcp.files.certificate import to_text
 from tcp.result import Proof
@@ -336,6 +337,7 @@ def test_costs_beyond_a_proof_are_given_up_honestly():
 
 
 def test_the_proof_does_not_depend_on_the_number_of_threads(monkeypatch):
+    monkeypatch.setattr(tree, "HARD", 1)  # local cuts after the root
     x, y = np.random.default_rng(3).integers(0, 1000, (2, 150))
     instance = Instance(Workpiece("random", tuple(map(str, range(150))), x, y))
     proofs = []
@@ -344,17 +346,17 @@ def test_the_proof_does_not_depend_on_the_number_of_threads(monkeypatch):
         result = solve(instance, "branch-and-cut", exact=True, seed=3)
         proofs.append((result.route, result.bound, result.details))
     assert proofs[0] == proofs[1]
-    assert proofs[0][2]["nodes"] > 8  # local cuts and branching took part
+    assert proofs[0][2]["nodes"] > 1  # local cuts and branching took part
 
 
-@pytest.mark.parametrize("every", [2, 3])
-def test_a_simplex_run_that_loses_its_way_is_made_again(monkeypatch, every):
+@pytest.mark.parametrize("lost", [{2}, {3}, {1, 2}])
+def test_a_simplex_run_that_loses_its_way_is_made_again(monkeypatch, lost):
     instance = Instance(scattered(60, 11), Travel(Model.EUCLIDEAN))
     plain = verified(instance)
-    runs = losing_its_way(monkeypatch, lambda count: count % every == 0)
+    runs = losing_its_way(monkeypatch, lambda count: count % (1 + max(lost)) in lost)
     verdict = verified(instance)
     assert (verdict.lower, verdict.upper) == (plain.lower, plain.upper)
-    assert len(runs) > every
+    assert len(runs) > 3
 
 
 def test_a_simplex_method_that_is_lost_for_good_ends_the_search_and_says_so(monkeypatch):

@@ -11,6 +11,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from tcp.exact.branch_and_cut import pool as pool_file
 from tcp.exact.branch_and_cut.combs import comb_cuts
 from tcp.exact.branch_and_cut.cuts import Cut, Family, boundary, columns, rows, smaller_side
 from tcp.exact.branch_and_cut.handles import blocks, fractional_handles
@@ -205,11 +206,15 @@ def test_rows_columns_and_boundaries_count_crossings(seed):
     assert total == pytest.approx([left(support, cut) for cut in cuts])
 
 
-def test_the_pool_returns_what_is_violated():
+@pytest.mark.parametrize("between", [False, True])
+def test_the_pool_returns_what_is_violated(between):
     support = mixture(12, 3, 1)
     cuts = random_cuts(np.random.default_rng(1), 12, 38) + component_cuts(support)
     pool = Pool()
-    pool.add(cuts)
+    pool.add(cuts[:20])
+    if between:  # what is flattened then stays so
+        pool.violated(support, 0.05, 1000)
+    pool.add(cuts[20:])
     pool.add(cuts[:3])
     assert len(pool) == len({c.key for c in cuts})
     truth = {c.key for c in cuts if left(support, c) <= c.rhs - 0.05}
@@ -217,3 +222,19 @@ def test_the_pool_returns_what_is_violated():
     assert truth
     assert {c.key for c in found} == truth
     assert found[0].rhs - left(support, found[0]) == max(c.rhs - left(support, c) for c in cuts)
+
+
+def test_a_full_pool_lets_the_oldest_go(monkeypatch):
+    monkeypatch.setattr(pool_file, "CAPACITY", 10)
+    monkeypatch.setattr(pool_file, "LEAVE", 3)
+    support = mixture(12, 3, 1)
+    cuts = [Cut.of([[0, k]]) for k in range(1, 12)]
+    pool = Pool()
+    pool.add(cuts[:10])
+    pool.violated(support, 0.05, 1000)
+    pool.add(cuts[:2])  # young again
+    pool.add(cuts[10:])
+    kept = {c.key for c in (*cuts[:2], *cuts[6:])}
+    assert {c.key for c in pool} == kept
+    found = {c.key for c in pool.violated(support, -100.0, 1000)}
+    assert found == kept

@@ -12,7 +12,7 @@ from tcp.exact.branch_and_cut.problem import Problem
 from tcp.exact.branch_and_cut.proof import Alive, Fixings
 from tcp.exact.branch_and_cut.relaxation import Relaxation
 from tcp.exact.branch_and_cut.run import first_pairs, unit_of
-from tcp.exact.branch_and_cut.tree import Tree
+from tcp.exact.branch_and_cut.tree import Node, Tree
 from tcp.files.certificate import to_text
 from tcp.instance import Instance
 from tcp.solve import solve
@@ -79,3 +79,19 @@ def test_the_checker_closes_it_too_and_only_because_of_the_elimination():
     proof = certificate(instance, tree, cost, instance.route(tree.cutter.incumbent.tour))
     with pytest.raises(Failure, match="is not closed"):
         check(to_text(proof).encode())
+
+
+@pytest.mark.parametrize(
+    ("nodes", "closed", "hard"),
+    [(8, 0.0, True), (8, 0.4, True), (8, 0.6, False), (16, 0.6, True), (16, 0.8, False)],
+)
+def test_a_tree_that_closes_its_gap_quickly_goes_without_local_cuts(nodes, closed, hard):
+    _, tree, _ = eliminated()
+    cost = tree.cutter.incumbent.cost
+    tree.nodes[0].bound = cost - 1000
+    tree.heap = []
+    tree._open(
+        Node(Fixings.root(tree.cutter.problem), (), cost - 1000 + round(1000 * closed), None)
+    )
+    tree.doubt = nodes
+    assert tree._hard() is hard

@@ -10,7 +10,7 @@ Nodes are numbered by their tour positions in compiled code.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from concurrent.futures import Executor
 from typing import Any, NamedTuple
 
@@ -33,6 +33,9 @@ from tcp.exact.branch_and_cut.teeth import (
     traced,
 )
 from tcp.travel import Ints
+
+MOST = 80
+"""Most combs that enter the LP at once."""
 
 VIOLATION = 0.02
 """A comb must be violated by this much to be worth a row."""
@@ -99,7 +102,12 @@ def new_handle(size: int, steps: int) -> Handle:
 
 
 def comb_cuts(
-    support: Support, tour: Ints, handles: Sequence[Ints], pool: Executor, steps: int = STEPS
+    support: Support,
+    tour: Ints,
+    handles: Sequence[Ints],
+    pool: Executor,
+    most: int = MOST,
+    steps: int = STEPS,
 ) -> list[tuple[float, Cut]]:
     """The most violated comb near every handle, with its violation, most violated first.
 
@@ -113,6 +121,8 @@ def comb_cuts(
         The nodes of each handle, at least three and at most half of all.
     pool : Executor
         Its threads share the handles; the answer does not depend on it.
+    most : int
+        Most combs returned.
     steps : int
         Most moves of a handle's search.
     """
@@ -130,11 +140,15 @@ def comb_cuts(
     half = (len(handles) + 1) // 2
     few = len(handles) < FEW
     results = [search(handles)] if few else pool.map(search, (handles[:half], handles[half:]))
+    combs = [(v, found, k) for found in results for k, v in enumerate(found.violation.tolist())]
     cuts: dict[bytes, tuple[float, Cut]] = {}
-    for found in results:
-        for violation, cut in _cuts(found, tour):
-            cuts[cut.key] = (violation, cut)
-    return sorted(cuts.values(), key=lambda item: -item[0])
+    for violation, found, k in sorted(combs, key=lambda comb: -comb[0]):
+        cut = _cut(found, k, tour)
+        if cut is not None:
+            cuts.setdefault(cut.key, (violation, cut))
+        if len(cuts) == most:
+            break
+    return list(cuts.values())
 
 
 def _sorted(position: Ints, ptr: Ints, handles: Sequence[Ints]) -> Ints:
@@ -145,13 +159,13 @@ def _sorted(position: Ints, ptr: Ints, handles: Sequence[Ints]) -> Ints:
     return keys - owner * len(position)
 
 
-def _cuts(found: Found, tour: Ints) -> Iterator[tuple[float, Cut]]:
-    for k, violation in enumerate(found.violation.tolist()):
-        rows = found.teeth[found.tooth_ptr[k] : found.tooth_ptr[k + 1]].tolist()
-        if len(rows) >= 3:
-            handle = tour[found.handles[found.handle_ptr[k] : found.handle_ptr[k + 1]]]
-            sets = [tour[a : b + 1] for a, b in rows]
-            yield violation, Cut.of([smaller_side(handle, len(tour)), *sets])
+def _cut(found: Found, k: int, tour: Ints) -> Cut | None:
+    """The comb of one handle, if there is one."""
+    rows = found.teeth[found.tooth_ptr[k] : found.tooth_ptr[k + 1]].tolist()
+    if len(rows) < 3:
+        return None
+    handle = tour[found.handles[found.handle_ptr[k] : found.handle_ptr[k + 1]]]
+    return Cut.of([smaller_side(handle, len(tour)), *(tour[a : b + 1] for a, b in rows)])
 
 
 @njit(cache=True, nogil=True)

@@ -123,6 +123,17 @@ class Family:
         weight = np.concatenate([c.weights for c in cuts])
         return cls(owner, ptr, nodes, weight, count)
 
+    def followed_by(self, cuts: Sequence[Cut]) -> Family:
+        """More cuts behind those of this family, which are not flattened again."""
+        more = Family.of(cuts)
+        return Family(
+            np.concatenate((self.owner, more.owner + self.count)),
+            np.concatenate((self.ptr, more.ptr[1:] + self.ptr[-1])),
+            np.concatenate((self.nodes, more.nodes)),
+            np.concatenate((self.weight, more.weight)),
+            self.count + more.count,
+        )
+
     def membership(self, size: int) -> tuple[Ints, Ints]:
         """For each node the ascending list of sets that hold it, as (ptr, sets)."""
         sets = np.repeat(np.arange(len(self.owner)), np.diff(self.ptr))

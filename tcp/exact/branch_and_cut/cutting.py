@@ -14,7 +14,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from tcp.exact.branch_and_cut.combs import comb_cuts
+from tcp.exact.branch_and_cut.combs import MOST, comb_cuts
 from tcp.exact.branch_and_cut.cuts import Cut
 from tcp.exact.branch_and_cut.guide import joined
 from tcp.exact.branch_and_cut.handles import fractional_handles
@@ -50,9 +50,6 @@ DEEP_TAIL = 0.01
 
 PRICE_EVERY = 30
 """Rounds after which all pairs are priced even if cutting still helps: bounds on the way."""
-
-COMBS_A_ROUND = 80
-"""Most combs that enter the LP at once."""
 
 KNOWN = 0.3
 """Handles of combs in the LP with less slack than this are tried again."""
@@ -280,7 +277,7 @@ class Cutter:
         if len(found) < FEW_COMBS:
             other = joined(support, self.incumbent.tour)
             found += comb_cuts(support, other, handles, self.threads)
-        return [cut for _, cut in found[:COMBS_A_ROUND]]
+        return [cut for _, cut in found[:MOST]]
 
     def _local(self, support: Support) -> list[Cut]:
         found: list[Cut] = []

@@ -12,14 +12,17 @@ from tcp.exact.branch_and_cut.support import Support
 CAPACITY = 12_000
 """Most cuts kept; the oldest go first."""
 
+LEAVE = 1_000
+"""As many go at once, so that the others need not be flattened anew each time."""
+
 
 class Pool:
     """A bounded store of valid cuts, each once."""
 
     def __init__(self) -> None:
         self._cuts: dict[bytes, Cut] = {}
-        self._family: Family | None = None
         self._listed: list[Cut] = []
+        self._family = Family.of(())
         self._rhs = np.zeros(0, np.int64)
 
     def __len__(self) -> int:
@@ -31,19 +34,21 @@ class Pool:
     def add(self, cuts: Iterable[Cut]) -> None:
         """Keep cuts; those already there become young again."""
         for cut in cuts:
-            self._cuts.pop(cut.key, None)
+            if self._cuts.pop(cut.key, None) is None:
+                self._listed.append(cut)
             self._cuts[cut.key] = cut
-            self._family = None
-        for key in list(self._cuts)[: max(0, len(self._cuts) - CAPACITY)]:
-            del self._cuts[key]
+        if len(self._cuts) > CAPACITY:
+            for key in list(self._cuts)[: len(self._cuts) - CAPACITY + LEAVE]:
+                del self._cuts[key]
+            self._listed = list(self._cuts.values())
+            self._family = Family.of(())
 
     def violated(self, support: Support, by: float, limit: int) -> list[Cut]:
         """Up to ``limit`` cuts violated by at least ``by``, most violated first."""
         if not self._cuts:
             return []
-        if self._family is None:
-            self._listed = list(self._cuts.values())
-            self._family = Family.of(self._listed)
+        if self._family.count < len(self._listed):
+            self._family = self._family.followed_by(self._listed[self._family.count :])
             self._rhs = np.array([c.rhs for c in self._listed])
         family = self._family
         value = boundary(

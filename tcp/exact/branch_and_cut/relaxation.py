@@ -319,9 +319,11 @@ class Relaxation:
         h.setOptionValue("time_limit", limit)
         answer = self._run(PRIMAL if self._columns_are_new else DUAL)
         self._columns_are_new = False
-        if answer is Answer.LOST:
+        for strategy in (DUAL, PRIMAL):  # from scratch, where rounding errors spoil a basis
+            if answer is not Answer.LOST:
+                break
             h.clearSolver()
-            answer = self._run(DUAL)
+            answer = self._run(strategy)
         if answer is Answer.OPTIMAL:
             self._read(h.getInfo().objective_function_value)
         return answer

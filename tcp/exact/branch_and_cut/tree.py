@@ -24,7 +24,7 @@ FEW = 60
 
 
 HARD = 8
-"""Nodes after which a tree that is still open gets local cuts at its root."""
+"""Nodes, and its doubles, at which a tree is asked whether it needs local cuts at its root."""
 
 
 @dataclass(eq=False)
@@ -84,6 +84,7 @@ class Tree:
     stopped: bool = False
     processed: int = 0
     stuck: bool = False
+    doubt: int = field(default_factory=lambda: HARD)
 
     def __post_init__(self) -> None:
         self.brancher = Brancher(self.cutter.lp, self.cutter.threads)
@@ -102,9 +103,12 @@ class Tree:
         while self.heap and not self.stopped:
             following = self._step(following)
             self.processed += 1
-            if self.processed == HARD and self.heap and not self.stopped:
-                self._deepen()
-                following = None
+            if self.processed == self.doubt and self.heap and not self.stopped:
+                if self._hard():
+                    self._deepen()
+                    following = None
+                else:
+                    self.doubt *= 2
             self.stopped = self.stopped or (bool(self.heap) and self.reason() is not None)
             self.saved(self)
 
@@ -143,6 +147,16 @@ class Tree:
             self._report()
             return None
         return self._branch(at)
+
+    def _hard(self) -> bool:
+        """Whether more of the root's gap is open than a tree of so many nodes should leave.
+
+        Half of it may be after :data:`HARD` nodes, a quarter after twice as many, and so on.
+        """
+        cost, bound, root = self.cutter.incumbent.cost, self.bound, self.nodes[0].bound
+        if cost is None or bound is None:
+            return True
+        return (cost - bound) * 2 * self.doubt > (cost - root) * HARD
 
     def _deepen(self) -> None:
         """Look at the root again, now with local cuts; what it proves holds for every node."""
