@@ -327,21 +327,37 @@ class _Trace:
 
 @contextmanager
 def interruptible(clock: Clock) -> Iterator[None]:
-    """First Ctrl-C asks for the best so far; a second one stops at once."""
+    """First Ctrl-C asks for the best so far; a second one stops at once.
+
+    What is interruptible inside of something interruptible is a part of it: both are asked.
+    """
     if threading.current_thread() is not threading.main_thread():
         yield
         return
-
-    def handler(number: int, frame: FrameType | None) -> None:
-        if clock.interrupted:
-            raise KeyboardInterrupt
+    before = signal.getsignal(signal.SIGINT)
+    around = getattr(before, "__self__", None)
+    outer = around.clocks if isinstance(around, _CtrlC) else ()
+    if any(one.interrupted for one in outer):
         clock.interrupt()
-
-    before = signal.signal(signal.SIGINT, handler)
+    signal.signal(signal.SIGINT, _CtrlC((clock, *outer)).answer)
     try:
         yield
     finally:
         signal.signal(signal.SIGINT, before)
+
+
+@dataclass(frozen=True)
+class _CtrlC:
+    """What is asked to end by Ctrl-C, from the innermost outwards."""
+
+    clocks: tuple[Clock, ...]
+
+    def answer(self, number: int, frame: FrameType | None) -> None:
+        """Handle the signal."""
+        if any(clock.interrupted for clock in self.clocks):
+            raise KeyboardInterrupt
+        for clock in self.clocks:
+            clock.interrupt()
 
 
 def _checked(

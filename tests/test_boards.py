@@ -7,6 +7,7 @@ import itertools
 import json
 import os
 import re
+import signal
 from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
@@ -633,12 +634,61 @@ def test_what_ctrl_c_leaves_alone_is_not_called_proved(monkeypatch):
     import tcp.boards.optimise as module
 
     def interrupted(instance, as_is, *_: object):
+        signal.raise_signal(signal.SIGINT)
         return replace(as_it_stands(instance, as_is), interrupted=True)
 
     monkeypatch.setattr(module, "answer", interrupted)
     board = optimise(program_of(BODY), FAST)
     assert board.interrupted and not board.proved
     assert all(part.bound <= part.after and not part.proved for part in board.parts)
+
+
+@pytest.mark.parametrize("where", ["measure", "_fit", "choose", "least_chain"])
+def test_ctrl_c_counts_wherever_the_work_is(where, monkeypatch):
+    import tcp.boards.optimise as module
+
+    original = getattr(module, where)
+
+    def rung(*given: object):
+        signal.raise_signal(signal.SIGINT)
+        monkeypatch.setattr(module, where, original)
+        return original(*given)
+
+    monkeypatch.setattr(module, where, rung)
+    board = optimise(program_of(BODY), FAST)
+    assert board.interrupted and board.costs_after.total <= board.costs_before.total
+
+
+def test_a_second_ctrl_c_ends_it(monkeypatch):
+    import tcp.boards.optimise as module
+
+    def rung(*_: object):
+        signal.raise_signal(signal.SIGINT)
+        signal.raise_signal(signal.SIGINT)
+
+    monkeypatch.setattr(module, "choose", rung)
+    with pytest.raises(KeyboardInterrupt):
+        optimise(program_of(BODY), FAST)
+    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+
+
+def test_paths_are_not_fitted_to_their_neighbours_after_ctrl_c(monkeypatch):
+    import tcp.boards.optimise as module
+
+    calls = []
+
+    def tied(units, order, *_: object):
+        calls.append(order)
+        signal.raise_signal(signal.SIGINT)
+        return order
+
+    rng = np.random.default_rng(5)
+    holes = [
+        f"T{t}\n" + "".join(f"X{x}Y{y}\n" for x, y in rng.integers(0, 999, (20, 2))) for t in (1, 2)
+    ]
+    monkeypatch.setattr(module, "tied", tied)
+    board = optimise(program_of("".join(holes)), Wishes())
+    assert len(calls) == 1 and board.interrupted
 
 
 def test_json_and_manifest(board, tmp_path):

@@ -9,7 +9,8 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner
 
-from tcp.cli.main import COMMANDS, main
+from tcp.cli.main import COMMANDS, guarded, main
+from tcp.errors import Exit
 
 ROOT = Path(__file__).resolve().parents[1]
 
@@ -56,3 +57,19 @@ def test_a_bug_is_one_sentence_and_exit_70(monkeypatch):
     assert "Traceback" not in done.stderr and "ZeroDivisionError" in done.stderr
     done = CliRunner().invoke(main, ["--debug", "info", path], env={"TCP_DEBUG": ""})
     assert done.exit_code == 70 and "Traceback" in done.stderr
+
+
+def test_a_library_that_ctrl_c_stops_from_loading_is_no_bug(capsys):
+    def load() -> None:
+        try:
+            raise KeyboardInterrupt
+        except KeyboardInterrupt:
+            raise ImportError("initialization failed") from None
+
+    assert guarded(load) is Exit.INTERRUPTED
+    assert capsys.readouterr().err == "tcp: interrupted before there was a result\n"
+
+    def broken() -> None:
+        raise ImportError("no such thing")
+
+    assert guarded(broken) is Exit.INTERNAL

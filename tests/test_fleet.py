@@ -99,6 +99,7 @@ def test_what_is_written_before_ctrl_c_is_in_the_manifest(tmp_path, monkeypatch)
     assert done.exit_code == Exit.INTERRUPTED
     assert [path.name for path in out.iterdir()] == ["board0.drl"]
     assert "board0.drl" in listed.read_text() and "board1.drl" not in listed.read_text()
+    assert done.stderr.endswith("tcp: interrupted: 1 of 2 files are done\n")
 
 
 @pytest.mark.filterwarnings("ignore:A worker stopped:UserWarning")

@@ -13,6 +13,7 @@ import pytest
 from tcp import Ends, Instance, Proof, Rules, Status, Stop, StopReason, Workpiece
 from tcp.errors import UsageError
 from tcp.result import Outcome, Progress
+from tcp.stop import Clock
 
 facade = importlib.import_module("tcp.solve")  # tcp.solve itself is the function
 
@@ -249,3 +250,16 @@ def test_auto_goes_by_size_ends_rules_and_what_is_asked(n, how, wanted):
     name, why = facade.choose(instance, how.pop("exact", False), **how)
     assert name == wanted
     assert ("refused" in why) == (wanted == "positions")
+
+
+def test_ctrl_c_asks_everything_that_is_interruptible():
+    inner, outer = Clock(Stop()), Clock(Stop())
+    with facade.interruptible(outer), facade.interruptible(inner):
+        signal.raise_signal(signal.SIGINT)
+        assert inner.interrupted and outer.interrupted
+    late = Clock(Stop())
+    with facade.interruptible(outer), facade.interruptible(late):
+        assert late.interrupted  # what begins after Ctrl-C ends at once
+        with pytest.raises(KeyboardInterrupt):
+            signal.raise_signal(signal.SIGINT)
+    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler

@@ -91,6 +91,7 @@ def answer(
     report: Report = silent,
     certificate: Path | None = None,
     panels: bool = True,
+    whole: Clock | None = None,
 ) -> Answer:
     """The best route within the effort, never worse than the file's own order.
 
@@ -112,6 +113,8 @@ def answer(
         Where to write the proof, if there is one.
     panels : bool
         Whether to look for copies of one board.
+    whole : Clock, optional
+        That of the board, which Ctrl-C rings.
 
     Unless a certificate is asked for, which lists the holes in the file's order,
     the solvers see the same problem however the file lists them.
@@ -146,7 +149,8 @@ def answer(
         best = _better(best, found)
     if best.bound is not None and best.bound >= (1 - GOOD) * best.cost:
         return best
-    return _bounded(instance, best, max(seconds - best.seconds, RESERVE * seconds))
+    clock = (whole or Clock(Stop())).part(Stop(max(seconds - best.seconds, RESERVE * seconds)))
+    return _bounded(instance, best, clock)
 
 
 def _seek_share(instance: Instance, proves: bool) -> float:
@@ -158,13 +162,12 @@ def _seek_share(instance: Instance, proves: bool) -> float:
     return SEEK_SHARE if instance.form.size > LARGE else 0.0
 
 
-def _bounded(instance: Instance, best: Answer, seconds: float) -> Answer:
+def _bounded(instance: Instance, best: Answer, clock: Clock) -> Answer:
     """With Held and Karp's bound, where it is the better one."""
     from tcp.bounds.one_tree import one_tree_bound  # loads numba
 
     if best.interrupted:
         return best
-    clock = Clock(Stop(seconds))
     value = sharpen(instance, one_tree_bound(instance, clock=clock).value) or 0
     bound = max(best.bound or 0, min(value, best.cost))
     proof = Proof.TRUSTED if bound >= best.cost else Proof.NONE

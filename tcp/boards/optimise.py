@@ -31,6 +31,8 @@ from tcp.files.excellon.rewrite import Order
 from tcp.files.excellon.settings import Hints
 from tcp.instance import Instance
 from tcp.result import Progress, Proof
+from tcp.solve import interruptible
+from tcp.stop import Clock, Stop
 from tcp.travel import CostRule
 
 FIT_LEAST, FIT_SHARE = 0.5, 3.0
@@ -259,15 +261,23 @@ def optimise(
     LostError
         If the new file would do other work than the old one.
     """
-    wishes, original = wishes or Wishes(), program
-    program, notes = prepared(program, wishes.merge, wishes.expand, wishes.tool_order, hints)
+    clock = Clock(Stop())
+    with interruptible(clock):
+        return _optimise(program, wishes or Wishes(), hints, news, clock)
+
+
+def _optimise(
+    original: Program, wishes: Wishes, hints: Hints | None, news: News | None, clock: Clock
+) -> Board:
+    """See :func:`optimise`; the clock has no limit, but Ctrl-C rings it."""
+    program, notes = prepared(original, wishes.merge, wishes.expand, wishes.tool_order, hints)
     rule = rule_for(program, wishes.machine.travel, (wishes.start, wishes.park))
     costs = measure(program, rule, wishes.start, wishes.park)
-    program = inside_out(program, rule, _solve_inside(program, wishes, news), hints)
+    program = inside_out(program, rule, _solve_inside(program, wishes, news, clock), hints)
     view = folded(program)
-    solved, interrupted = _solve_all(view, wishes, news)
+    solved = _solve_all(view, wishes, news, clock)
     at = stops(program, wishes)
-    choice = choose(view, rule, solved, at, wishes.tool_order, _fit(wishes))
+    choice = choose(view, rule, solved, at, wishes.tool_order, _fit(wishes, clock))
     after = rewritten(program, view, choice, hints)
     costs_after = measure(after, rule, wishes.start, wishes.park)
     ended = by_old_number(costs_after, choice)
@@ -277,7 +287,7 @@ def optimise(
     if not (wishes.merge or wishes.expand) and choice.sequence == tuple(sorted(choice.sequence)):
         guard = "same"
     compare(original, after, text=guard)
-    parts = _parts(view, rule, wishes, costs, ended, choice, solved)
+    parts = _parts(view, rule, wishes, costs, ended, choice, solved, clock)
     bounds = {part.number: part.bound or 0 for part in parts}
     least = least_chain(view, rule, at, wishes.tool_order, bounds, choice.small)
     return Board(
@@ -291,39 +301,41 @@ def optimise(
         rule=rule,
         wishes=wishes,
         notes=(*original.notes, *notes),
-        interrupted=interrupted,
+        interrupted=clock.interrupted,
         text_guard=guard,
         order_gain=choice.gain,
         ends_gain=choice.ends_gain,
     )
 
 
-def _solve_inside(program: Program, wishes: Wishes, news: News | None) -> list[Solved]:
+def _solve_inside(
+    program: Program, wishes: Wishes, news: News | None, clock: Clock
+) -> list[Solved]:
     """Solve what is inside step-and-repeat blocks that move as units."""
     runs = free_runs(program, locked_parts(program, wishes), 0)
     blocks = [p for p in program.patterns if p.movable and p.first >= wishes.keep_first]
     inner = [run for run in runs if any(b.first <= run[0] < b.last for b in blocks)]
-    return _solve_runs(program, inner, replace(wishes, certificates=None), news)[0]
+    return _solve_runs(program, inner, replace(wishes, certificates=None), news, clock)
 
 
-def _solve_all(program: Program, wishes: Wishes, news: News | None) -> tuple[list[Solved], bool]:
-    """Solve every stretch, in file order; stop early on Ctrl-C."""
+def _solve_all(program: Program, wishes: Wishes, news: News | None, clock: Clock) -> list[Solved]:
+    """Solve every stretch, in file order."""
     runs = free_runs(program, locked_parts(program, wishes), wishes.keep_first)
-    return _solve_runs(program, runs, wishes, news)
+    return _solve_runs(program, runs, wishes, news, clock)
 
 
 def _solve_runs(
-    program: Program, runs: list[tuple[int, int]], wishes: Wishes, news: News | None
-) -> tuple[list[Solved], bool]:
-    """Solve some stretches; whether Ctrl-C came, after which the rest stays as it is."""
+    program: Program, runs: list[tuple[int, int]], wishes: Wishes, news: News | None, clock: Clock
+) -> list[Solved]:
+    """Solve some stretches; after Ctrl-C the rest stays as it is."""
     ends: dict[int, Place] = {}
     solved: list[Solved] = []
-    interrupted = False
     for run in runs:
         stretch = anchored(program, run, runs, ends)
         instance = stretch.instance(wishes.machine.travel)
-        if interrupted:
+        if clock.interrupted:
             kept = as_it_stands(instance, stretch.route(stretch.as_is()))
+            kept = replace(kept, interrupted=True)
             solved.append(Solved(stretch, kept, stretch.as_is()))
             continue
         as_is = stretch.route(stretch.as_is())
@@ -342,13 +354,13 @@ def _solve_runs(
             report,
             _certificate(wishes.certificates, program, stretch, solved),
             wishes.panels,
+            clock,
         )
         one = _legal(stretch, instance, found)
         # the order says it all; millions of integers of a route would stay in memory
         solved.append(replace(one, answer=replace(one.answer, route=())))
         ends[run[1] - 1] = stretch.end(solved[-1].order)
-        interrupted = found.interrupted
-    return solved, interrupted
+    return solved
 
 
 def _legal(stretch: Stretch, instance: Instance, found: Answer) -> Solved:
@@ -386,7 +398,7 @@ def _certificate(
     return folder / f"{program.path.stem}-T{tool}{more}.cert.json.gz"
 
 
-def _fit(wishes: Wishes) -> Fit:
+def _fit(wishes: Wishes, clock: Clock) -> Fit:
     """Fits paths to their neighbours: quick ones by the proof engine, the others at both ends.
 
     The engine gets no more time than the path itself needed thrice, and never
@@ -401,7 +413,7 @@ def _fit(wishes: Wishes) -> Fit:
         order, spent = turned(units, order, before, after), solved.answer.seconds
         seconds = min(limit - spent, max(FIT_LEAST, FIT_SHARE * spent))
         wanted = wishes.effort is not Effort.FAST and solved.answer.optimal and seconds > 0
-        if not wanted or solved.stretch.first in done:
+        if clock.interrupted or not wanted or solved.stretch.first in done:
             return order
         done.add(solved.stretch.first)
         travel = wishes.machine.travel
@@ -439,11 +451,12 @@ def _parts(
     after: Costs,
     choice: Choice,
     solved: list[Solved],
+    clock: Clock,
 ) -> tuple[Part, ...]:
     """What became of each selection that does any work."""
     locked, times, trail = locked_parts(program, wishes), program.times(), follow(program)
     seconds = BOUND_SHARE * (wishes.time_limit or LIMITS[wishes.effort])
-    if any(s.answer.interrupted for s in solved):
+    if clock.interrupted:
         seconds = 0.1
     found = []
     for number, (a, b) in part_rows(program):

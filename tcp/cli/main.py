@@ -87,11 +87,21 @@ def guarded(run: Callable[[], Any]) -> Any:
         _say("tcp: interrupted before there was a result")
         return Exit.INTERRUPTED
     except Exception as error:
+        if _by_ctrl_c(error):
+            _say("tcp: interrupted before there was a result")
+            return Exit.INTERRUPTED
         if debugging():
             traceback.print_exc()
         kind = type(error).__name__
         _say(f"tcp: internal error: {kind}: {error} (TCP_DEBUG=1 shows where; please report it)")
         return Exit.INTERNAL
+
+
+def _by_ctrl_c(error: BaseException | None) -> bool:
+    """Whether Ctrl-C is behind an error: a library that is being loaded turns it into its own."""
+    while error is not None and not isinstance(error, KeyboardInterrupt):
+        error = error.__cause__ or error.__context__
+    return error is not None
 
 
 def complain(error: TcpError) -> Exit:

@@ -258,28 +258,44 @@ def command(files: tuple[Path, ...], **given: Any) -> int:
     Only the order changes: the new file is read back and compared hole by
     hole before it is put in place. FILE may be a directory.
     """
-    boards, worst = [], Exit.OK
+    boards, worst, done = [], Exit.OK, 0
     paths = collect(files)
     job, fleet = _job(given, len(paths) > 1), _fleet(given)
     _check_outputs(job, paths, given)
     each = _one_by_one(job, paths) if fleet.alone else _side_by_side(job, paths, fleet)
     try:
         for found in each:
-            if found.error is not None:
-                worst = max(worst, complain(found.error))
-            if found.board is None:
-                continue
-            board, written = found.board, found.written
-            boards.append((board, written))
-            _show(board, given["plot"], given["report"], job.many)
-            worst = max(worst, found.code)
-            row = json.dumps(board_data(board, written)) if job.as_json else None
-            click.echo(row or board_table(board, written))
+            done += 1
+            if found.board is not None:
+                boards.append((found.board, found.written))
+            worst = max(worst, _tell(job, found, given["plot"], given["report"]))
+    except KeyboardInterrupt:
+        if not done:
+            raise
+        worst = Exit.INTERRUPTED
     finally:  # after Ctrl-C, too: these boards are written
         if len(boards) > 1 and not job.as_json:
             click.echo("\n" + summary_table([board for board, _ in boards]))
         if given["manifest"] is not None:
             write_file(given["manifest"], manifest(boards))
+    if done < len(paths):
+        click.echo(f"tcp: interrupted: {done} of {len(paths)} files are done", err=True)
+        return Exit.INTERRUPTED
+    return worst
+
+
+def _tell(job: Job, found: Optimised, plot: Path | None, page: Path | None) -> Exit:
+    """Print what became of a file, and draw it; the exit code that it means."""
+    worst = found.code
+    if found.error is not None:
+        worst = complain(found.error)
+    if found.board is not None:
+        try:
+            _show(found.board, plot, page, job.many)
+        except TcpError as error:
+            worst = max(worst, complain(error))
+        data = json.dumps(board_data(found.board, found.written)) if job.as_json else None
+        click.echo(data or board_table(found.board, found.written))
     return worst
 
 

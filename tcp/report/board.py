@@ -96,7 +96,11 @@ def conclusions(board: Board, written: Path | None) -> list[str]:
         return [audit(board)]
     before, after = board.costs_before.total, board.costs_after.total
     found = []
-    if before == after:
+    if board.interrupted:
+        found.append("interrupted: what was not looked at keeps the file's order")
+    if before == board.bound:
+        found.append("the file's own order is the shortest (proved); it is kept")
+    elif before == after:
         found.append("no better order was found; the file's own order is kept")
     else:
         found.append(
@@ -154,6 +158,7 @@ def board_data(board: Board, written: Path | None) -> dict[str, Any]:
         "ends_gain": worth(board.ends_gain),
         "proved": board.proved,
         "changed": board.changed,
+        "interrupted": board.interrupted,
         "effort": str(board.wishes.effort),
         "seed": board.wishes.seed,
         "tools": [
