@@ -728,10 +728,34 @@ def test_folders_and_patterns(board, tmp_path):
 def test_bad_files_do_not_stop_the_others(board, tmp_path):
     bad = tmp_path / "bad.drl"
     bad.write_bytes(HEAD + b"T7\nX1Y1\nM30\n")
-    done = run(bad, board, tmp_path / "none.drl")
+    (tmp_path / "empty").mkdir()
+    done = run(bad, board, tmp_path / "none.drl", tmp_path / "empty", tmp_path / "*.none")
     assert done.exit_code == 3
-    assert done.stderr.count("\n") == 2 and "T7 is not defined" in done.stderr
+    assert done.stderr.count("\n") == 4 and "T7 is not defined" in done.stderr
+    assert "holds no drill file" in done.stderr and "matches no drill file" in done.stderr
     assert board.with_name("board-optimized.drl").exists()
+
+
+def test_a_folder_that_hides_its_files_is_one_sentence(board, monkeypatch):
+    def denied(path: Path, *_: object, **__: object) -> None:
+        raise PermissionError(13, "Permission denied", str(path))
+
+    monkeypatch.setattr(Path, "is_dir", denied)
+    done = run(board)
+    assert (
+        done.exit_code == 3 and done.stderr == f"tcp: {board}: cannot be read: permission denied\n"
+    )
+
+
+@pytest.mark.parametrize("words", [[], ["--in-place"], ["--dry-run", "--manifest"]])
+def test_a_folder_that_cannot_be_written_to_ends_the_call_before_any_work(
+    board, words, monkeypatch
+):
+    monkeypatch.setattr("tcp.cli.optimize.optimise", None)
+    monkeypatch.setattr(os, "access", lambda path, mode: not mode & os.W_OK)
+    more = [board.with_name("m.json")] if "--manifest" in words else []
+    done = run(board, *words, *more)
+    assert done.exit_code == 7 and "cannot be written to" in done.stderr
 
 
 @pytest.mark.parametrize(

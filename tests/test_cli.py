@@ -59,7 +59,7 @@ def test_a_bug_is_one_sentence_and_exit_70(monkeypatch):
     assert done.exit_code == 70 and "Traceback" in done.stderr
 
 
-def test_a_library_that_ctrl_c_stops_from_loading_is_no_bug(capsys):
+def test_ctrl_c_while_loading_and_missing_permission_are_no_bugs(capsys):
     def load() -> None:
         try:
             raise KeyboardInterrupt
@@ -68,6 +68,12 @@ def test_a_library_that_ctrl_c_stops_from_loading_is_no_bug(capsys):
 
     assert guarded(load) is Exit.INTERRUPTED
     assert capsys.readouterr().err == "tcp: interrupted before there was a result\n"
+
+    def denied() -> None:
+        raise PermissionError(13, "Permission denied", "x/y")
+
+    assert guarded(denied) is Exit.OUTPUT
+    assert capsys.readouterr().err == "tcp: cannot look at x/y: permission denied\n"
 
     def broken() -> None:
         raise ImportError("no such thing")

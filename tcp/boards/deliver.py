@@ -116,28 +116,37 @@ def _back_up(source: Path, data: bytes) -> None:
     write_file(backup, data)
 
 
-def collect(given: Sequence[Path]) -> list[Path]:
+def collect(given: Sequence[Path]) -> tuple[list[Path], list[InputError]]:
     """The boards that arguments mean: files, folders (their drill files) and patterns.
 
-    Raises
-    ------
-    InputError
-        If a folder or pattern holds no drill file.
+    Returns
+    -------
+    list of Path, list of InputError
+        The boards, each once, and what is wrong with arguments that mean none.
     """
     found: list[Path] = []
+    errors: list[InputError] = []
     for path in given:
-        if path.is_dir():
-            found += _inside(path)
-        elif not path.exists() and any(c in path.name for c in "*?["):
-            matches = sorted(path.parent.glob(path.name))
-            if MARK not in path.name:
-                matches = [match for match in matches if MARK not in match.stem]
-            if not matches:
-                raise InputError("matches no drill file", path)
-            found += matches
-        else:
-            found.append(path)
-    return list(dict.fromkeys(found))
+        try:
+            found += _meant(path)
+        except InputError as error:
+            errors.append(error)
+        except OSError as error:
+            errors.append(InputError(f"cannot be read: {(error.strerror or '').lower()}", path))
+    return list(dict.fromkeys(found)), errors
+
+
+def _meant(path: Path) -> Iterable[Path]:
+    if path.is_dir():
+        return _inside(path)
+    if path.exists() or not any(c in path.name for c in "*?["):
+        return [path]
+    matches = sorted(path.parent.glob(path.name))
+    if MARK not in path.name:
+        matches = [match for match in matches if MARK not in match.stem]
+    if not matches:
+        raise InputError("matches no drill file", path)
+    return matches
 
 
 def _inside(folder: Path) -> Iterable[Path]:

@@ -18,7 +18,7 @@ from typing import Any
 import click
 
 import tcp
-from tcp.errors import Exit, TcpError
+from tcp.errors import Exit, OutputError, TcpError
 
 COMMANDS: dict[str, str] = {
     "solve": "Find the shortest drilling order of workpieces, and prove it.",
@@ -86,6 +86,8 @@ def guarded(run: Callable[[], Any]) -> Any:
     except (click.Abort, KeyboardInterrupt):
         _say("tcp: interrupted before there was a result")
         return Exit.INTERRUPTED
+    except PermissionError as error:
+        return complain(OutputError(f"cannot look at {error.filename}: permission denied"))
     except Exception as error:
         if _by_ctrl_c(error):
             _say("tcp: interrupted before there was a result")

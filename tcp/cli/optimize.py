@@ -19,7 +19,7 @@ from tcp.boards.machine import Machine, misfit, read_machine
 from tcp.boards.optimise import Board, News, Wishes, optimise
 from tcp.cli.main import complain
 from tcp.cli.options import READ, fleet_options, number, point
-from tcp.cli.terminal import check_outputs, on_terminal, output_path, tell
+from tcp.cli.terminal import check_folder, check_outputs, on_terminal, output_path, tell
 from tcp.errors import Exit, OutputError, TcpError, UsageError
 from tcp.files.drilling import read_drilling
 from tcp.files.excellon import Hints, Program, hints, oddities
@@ -258,8 +258,9 @@ def command(files: tuple[Path, ...], **given: Any) -> int:
     Only the order changes: the new file is read back and compared hole by
     hole before it is put in place. FILE may be a directory.
     """
-    boards, worst, done = [], Exit.OK, 0
-    paths = collect(files)
+    boards, done = [], 0
+    paths, errors = collect(files)
+    worst = max([Exit.OK, *map(complain, errors)])
     job, fleet = _job(given, len(paths) > 1), _fleet(given)
     _check_outputs(job, paths, given)
     each = _one_by_one(job, paths) if fleet.alone else _side_by_side(job, paths, fleet)
@@ -376,7 +377,9 @@ def _check_outputs(job: Job, paths: Sequence[Path], given: dict[str, Any]) -> No
     targets: list[tuple[Path, tuple[str, ...]]] = []
     found: set[Path] = set()
     for path in paths:
-        if job.writes and not job.target.in_place:
+        if job.writes and job.target.in_place:
+            check_folder(path)
+        elif job.writes:
             target = job.target.path(path, job.many)
             targets.append((target, ()))
             found |= {target} if target.is_file() and not job.target.force else set()

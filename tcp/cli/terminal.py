@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import sys
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
@@ -81,7 +82,7 @@ def check_outputs(targets: Iterable[tuple[Path, tuple[str, ...]]], sources: Iter
     UsageError
         If an output is an input or another output, or its ending is unknown.
     OutputError
-        If an output's folder does not exist.
+        If an output's folder does not exist or cannot be written to.
     """
     inputs = {real_path(source) for source in sources}
     seen: set[Path] = set()
@@ -95,6 +96,20 @@ def check_outputs(targets: Iterable[tuple[Path, tuple[str, ...]]], sources: Iter
             raise UsageError(f"{path} is an input and would be overwritten; choose another name")
         if place in seen:
             raise UsageError(f"{path} would be written twice; choose different names")
-        if not place.parent.is_dir():
-            raise OutputError(f"cannot write {path}: there is no folder {path.parent}")
+        check_folder(path)
         seen.add(place)
+
+
+def check_folder(path: Path) -> None:
+    """See before the work begins that a file can be made in its folder.
+
+    Raises
+    ------
+    OutputError
+        If the folder does not exist or must not be written to.
+    """
+    folder = real_path(path).parent
+    if not os.access(folder, os.F_OK) or not folder.is_dir():
+        raise OutputError(f"cannot write {path}: there is no folder {path.parent}")
+    if not os.access(folder, os.W_OK | os.X_OK):
+        raise OutputError(f"cannot write {path}: the folder {path.parent} cannot be written to")
