@@ -18,9 +18,10 @@ import tomllib
 from pathlib import Path
 from typing import Any
 
+from tcp.boards.board import Wishes
 from tcp.boards.chain import ToolOrder
 from tcp.boards.effort import Effort
-from tcp.boards.optimise import Wishes, optimise
+from tcp.boards.optimise import optimise
 from tcp.errors import TcpError
 from tcp.files.excellon import hints, read_program
 

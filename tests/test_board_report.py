@@ -18,8 +18,9 @@ from xml.etree import ElementTree
 import pytest
 from click.testing import CliRunner
 
+from tcp.boards.board import Board, Wishes
 from tcp.boards.effort import Effort
-from tcp.boards.optimise import Board, Wishes, optimise
+from tcp.boards.optimise import optimise
 from tcp.cli.main import main
 from tcp.errors import UsageError
 from tcp.files.excellon import parse

@@ -18,11 +18,12 @@ from click.testing import CliRunner
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from tcp.boards.board import Wishes
 from tcp.boards.bound import nearest
 from tcp.boards.chain import Candidate, ToolOrder, any_order, in_order, linker
 from tcp.boards.effort import Effort, as_it_stands
 from tcp.boards.machine import Machine, read_machine
-from tcp.boards.optimise import Wishes, optimise
+from tcp.boards.optimise import optimise
 from tcp.boards.steady import by_place
 from tcp.boards.stretch import anchored, free_runs
 from tcp.boards.trail import follow, measure, rule_for
@@ -580,6 +581,39 @@ def test_check_and_dry_run_write_nothing(board):
     assert done.exit_code == 0 and "no more than what is needed (proved)" in done.stdout
 
 
+def test_exact_says_what_is_not_proved_and_writes_nothing(board, monkeypatch):
+    monkeypatch.setattr(
+        "tcp.boards.optimise.answer", lambda instance, as_is, *_: as_it_stands(instance, as_is)
+    )
+    holes = np.random.default_rng(1).integers(0, 999, (30, 2)).tolist()
+    lines = "".join(f"X{x}Y{y}\n" for x, y in holes)
+    board.write_bytes(HEAD + f"T1\nX0Y0\nX9Y0\nT2\n{lines}M30\n".encode())
+    done = run(board, "--exact")
+    assert done.exit_code == 5 and list(board.parent.iterdir()) == [board]
+    assert "board.drl: no proof for T2; " in done.stderr
+
+
+def test_what_is_not_understood_is_not_called_shortest(board):
+    program = board.with_name("program.ngc")
+    program.write_text("G21 G90\nT1 M6\nG81 X1 Y1 Z-1 R1\nX9\nG2 X5 Y5 I1\nG81 X3\nM30\n")
+    done = run(program, "--check")
+    assert "kept as it was" in done.stdout and "(proved), with T1 as it is" in done.stdout
+
+
+def test_tools_by_diameter_may_cost_travel_and_that_is_said(board):
+    board.write_bytes(HEAD + b"T1\nX0Y0\nT3\nX100Y0\nT2\nX200Y0\nM30\n")
+    done = run(board, "--tool-order", "ascending")
+    assert done.exit_code == 0, done.stderr
+    assert "more: tools by diameter cost that" in done.stdout
+
+
+def test_the_only_tool_has_the_bound_of_the_board():
+    hits = "".join(f"X{x}Y50\n" for x in (7, 5000, 9))
+    board = optimise(program_of(f"T1\n{BLOCK}{hits}"), FAST)
+    (part,) = board.parts
+    assert part.bound == board.bound == board.costs_after.total and part.proved
+
+
 def test_check_tells_both_ends_where_there_is_a_gap(board):
     holes = np.random.default_rng(1).integers(0, 999, (30, 2)).tolist()
     lines = "".join(f"X{x}Y{y}\n" for x, y in holes)
@@ -774,6 +808,7 @@ def test_a_folder_that_cannot_be_written_to_ends_the_call_before_any_work(
         ["--format", "24"],
         ["--effort", "some"],
         ["--exact", "--effort", "fast"],
+        ["--certificates", "proofs", "--effort", "fast"],
         ["--check", "--in-place"],
         ["--check", "--out", "x.drl"],
         ["--check", "--force"],

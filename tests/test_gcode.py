@@ -15,8 +15,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tcp import files
+from tcp.boards.board import Wishes
 from tcp.boards.effort import Effort
-from tcp.boards.optimise import Wishes, optimise
+from tcp.boards.optimise import optimise
 from tcp.cli.main import main
 from tcp.errors import InputError, UsageError
 from tcp.files.drilling import read_drilling

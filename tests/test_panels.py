@@ -11,8 +11,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tcp import Ends, Instance, Model, Rules, Travel, Workpiece
+from tcp.boards.board import Wishes
 from tcp.boards.effort import Effort
-from tcp.boards.optimise import Wishes, optimise
+from tcp.boards.optimise import optimise
 from tcp.files.drilling import read_drilling
 from tcp.heuristics.local_search.linking import Path, board_form, choose, panel_of, ways
 from tcp.heuristics.panels import Panel, find_panel

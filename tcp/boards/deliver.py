@@ -9,12 +9,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from tcp.boards.optimise import Board
+from tcp.boards.board import Board
 from tcp.errors import InputError, OutputError, UsageError
 from tcp.files.drilling import compare, reparse
 from tcp.files.excellon.dialects import HEAD, looks_excellon, looks_gcode
 from tcp.files.excellon.settings import Hints
 from tcp.files.write import write_file
+from tcp.result import decimal
 
 SUFFIXES = {
     ".drl",
@@ -185,9 +186,9 @@ def manifest(written: Sequence[tuple[Board, Path | None]]) -> bytes:
                 "holes": board.before.hits,
                 "slots": board.before.slots,
                 "routed": board.before.routed,
-                "travel_before": str(board.worth(board.costs_before.total)),
-                "travel_after": str(board.worth(board.costs_after.total)),
-                "lower_bound": str(board.worth(board.bound)),
+                "travel_before": decimal(board.worth(board.costs_before.total)),
+                "travel_after": decimal(board.worth(board.costs_after.total)),
+                "lower_bound": decimal(board.worth(board.bound)),
                 "unit": board.wishes.machine.unit,
             }
         )

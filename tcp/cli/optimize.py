@@ -12,11 +12,12 @@ from typing import Any
 
 import click
 
+from tcp.boards.board import Board, Wishes
 from tcp.boards.chain import ToolOrder
 from tcp.boards.deliver import Target, collect, manifest, write_board
 from tcp.boards.effort import CHECK_LIMIT, LIMITS, Effort
 from tcp.boards.machine import Machine, misfit, read_machine
-from tcp.boards.optimise import Board, News, Wishes, optimise
+from tcp.boards.optimise import News, optimise
 from tcp.cli.main import complain
 from tcp.cli.options import READ, fleet_options, number, point
 from tcp.cli.terminal import check_folder, check_outputs, on_terminal, output_path, tell
@@ -84,6 +85,9 @@ class Job:
         if self.writes and not (self.exact and not board.proved):
             written = write_board(board, self.target, self.many, self.hints)
         if self.exact and not board.proved:
+            open_tools = ", ".join(f"T{part.tool}" for part in board.parts if not part.proved)
+            reason = f"no proof for {open_tools}; --time-limit gives a tool more seconds"
+            click.echo(f"tcp: {board.before.path}: {reason}", err=True)
             return written, Exit.NO_PROOF
         if self.wishes.check and board.costs_after.total < board.costs_before.total:
             return written, Exit.FINDINGS
@@ -330,6 +334,8 @@ def _job(given: dict[str, Any], many: bool) -> Job:
             raise UsageError(f"{reason}; drop --{other.replace('_', '-')}")
     if given["exact"] and given["effort"] == Effort.FAST:
         raise UsageError("--exact needs proofs, --effort fast seeks none; drop one of them")
+    if given["certificates"] is not None and given["effort"] == Effort.FAST:
+        raise UsageError("--certificates needs proofs, --effort fast seeks none; drop one of them")
     for name in ("start", "park"):
         if given["home"] is not None and given[name] is not None:
             raise UsageError(f"--home is both --start and --park; drop --{name}")

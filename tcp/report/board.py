@@ -7,8 +7,9 @@ from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
-from tcp.boards.optimise import Board, Part
+from tcp.boards.board import Board, Part
 from tcp.report.table import percent
+from tcp.result import decimal
 from tcp.words import counted
 
 
@@ -19,9 +20,14 @@ def amount(board: Board, cost: int | None) -> str:
     return f"{float(board.worth(cost)):.{2 if board.wishes.machine.timed else 1}f}"
 
 
+def stays(part: Part) -> bool:
+    """Whether a tool's holes stay in their order: locked by the user, or not understood."""
+    return part.locked or (not part.solved and part.holes > 1)
+
+
 def verdict(board: Board, part: Part) -> str:
     """What is known about a tool's order, in a few words."""
-    if part.locked or (not part.solved and part.holes > 1):
+    if stays(part):
         return "kept as it was"
     if part.optimal:
         order = "the file's order is" if part.before == part.after else "proved"
@@ -79,26 +85,32 @@ def audit(board: Board) -> str:
     """How much of a file's travel is needed, in a sentence; both ends of it are proved."""
     before, after, bound = board.costs_before.total, board.costs_after.total, board.bound
     least, most = factor(before, after), factor(before, bound)
+    kept = ", ".join(f"T{part.tool}" for part in board.parts if stays(part))
+    given = f", with {kept} as it is" if kept else ""
     if not before or before == bound:
-        return "this file travels no more than what is needed (proved)"
+        return f"this file travels no more than what is needed (proved){given}"
     if least == most:
-        return f"this file travels {least} times what is needed (proved)"
+        return f"this file travels {least} times what is needed (proved){given}"
     unit = board.wishes.machine.unit
     return (
-        f"this file travels {least} to {most} times what is needed: {amount(board, after)} {unit} "
-        f"are enough, less than {amount(board, bound)} {unit} are proved impossible"
+        f"this file travels {least} to {most} times what is needed{given}: {amount(board, after)} "
+        f"{unit} are enough, less than {amount(board, bound)} {unit} are proved impossible"
     )
 
 
 def conclusions(board: Board, written: Path | None) -> list[str]:
     """What it comes down to, in sentences."""
-    if board.wishes.check:
-        return [audit(board)]
     before, after = board.costs_before.total, board.costs_after.total
+    unit = board.wishes.machine.unit
     found = []
     if board.interrupted:
         found.append("interrupted: what was not looked at keeps the file's order")
-    if before == board.bound:
+    if board.wishes.check:
+        return [*found, audit(board)]
+    if after > before:  # only where the user asked for another order of tools
+        more = amount(board, after - before)
+        found.append(f"the new order travels {more} {unit} more: tools by diameter cost that")
+    elif before == board.bound:
         found.append("the file's own order is the shortest (proved); it is kept")
     elif before == after:
         found.append("no better order was found; the file's own order is kept")
@@ -107,7 +119,6 @@ def conclusions(board: Board, written: Path | None) -> list[str]:
             f"the file travels {factor(before, after)} times what the new order needs"
             f" and {factor(before, board.bound)} times the lower bound"
         )
-    unit = board.wishes.machine.unit
     if board.ends_gain:
         gain = amount(board, board.ends_gain)
         found.append(f"paths that end where the next tool begins save {gain} {unit} of that")
@@ -138,7 +149,7 @@ def board_data(board: Board, written: Path | None) -> dict[str, Any]:
     """The report as plain data; travel as exact decimals or fractions in seconds (mm)."""
 
     def worth(cost: int | None) -> str | None:
-        return None if cost is None else str(board.worth(cost))
+        return None if cost is None else decimal(board.worth(cost))
 
     return {
         "file": str(board.before.path),

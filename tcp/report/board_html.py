@@ -11,7 +11,7 @@ import json
 from html import escape
 from pathlib import Path
 
-from tcp.boards.optimise import Board
+from tcp.boards.board import Board
 from tcp.files.write import write_file
 from tcp.report.board import amount, conclusions, contents, verdict
 from tcp.report.board_plot import TOOLS, Frame, Side, legend_svg, side_svg, sides

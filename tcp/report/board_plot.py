@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from tcp.boards.optimise import Board
+from tcp.boards.board import Board
 from tcp.boards.trail import Trail, follow
 from tcp.errors import UsageError
 from tcp.files.excellon import Program
