@@ -19,7 +19,7 @@ from tcp.boards.effort import BOUND_SHARE, LIMITS, Answer, Effort, answer, as_it
 from tcp.boards.ends import Units, tied, turned
 from tcp.boards.stretch import Stretch, anchored, free_runs
 from tcp.boards.trail import Costs, follow, measure, on_grid, rule_for
-from tcp.boards.versions import by_old_number, inside_out, prepared, rewritten
+from tcp.boards.versions import by_old_number, by_tool, inside_out, prepared, rewritten
 from tcp.errors import UsageError
 from tcp.files.drilling import compare
 from tcp.files.excellon import Program
@@ -83,7 +83,9 @@ def _optimise(
     """See :func:`optimise`; the clock has no limit, but Ctrl-C rings it."""
     program, notes = prepared(original, wishes.merge, wishes.expand, wishes.tool_order, hints)
     rule = rule_for(program, wishes.machine.travel, (wishes.start, wishes.park))
+    asked = measure(original, rule, wishes.start, wishes.park)
     costs = measure(program, rule, wishes.start, wishes.park)
+    merged = by_tool(asked, original, program) if wishes.merge else asked
     program = inside_out(program, rule, _solve_inside(program, wishes, news, clock), hints)
     view = folded(program)
     solved = _solve_all(view, wishes, news, clock)
@@ -98,7 +100,7 @@ def _optimise(
     if not (wishes.merge or wishes.expand) and choice.sequence == tuple(sorted(choice.sequence)):
         guard = "same"
     compare(original, after, text=guard)
-    parts = _parts(view, rule, wishes, costs, ended, choice, solved, clock)
+    parts = _parts(view, rule, wishes, merged, ended, choice, solved, clock)
     bounds = {part.number: part.bound or 0 for part in parts}
     least = least_chain(view, rule, at, wishes.tool_order, bounds, choice.small)
     if choice.least is not None:
@@ -110,7 +112,7 @@ def _optimise(
         after=after,
         data=after.document.data,
         parts=parts,
-        costs_before=measure(original, rule, wishes.start, wishes.park),
+        costs_before=asked,
         costs_after=costs_after,
         bound=least,
         rule=rule,

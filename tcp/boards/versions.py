@@ -85,6 +85,14 @@ def rewritten(program: Program, view: Program, choice: Choice, hints: Hints | No
     return after
 
 
+def by_tool(costs: Costs, program: Program, merged: Program) -> Costs:
+    """Costs of a program, those of a tool's selections together where it is selected first."""
+    sums: dict[int, int] = {}
+    for selection, cost in zip(program.selections, costs.parts, strict=True):
+        sums[selection.tool] = sums.get(selection.tool, 0) + cost
+    return Costs(tuple(sums.pop(s.tool, 0) for s in merged.selections), costs.links)
+
+
 def by_old_number(costs: Costs, choice: Choice) -> Costs:
     """Costs of the rewritten board, its selections counted as before the change."""
     parts = list(costs.parts)

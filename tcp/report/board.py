@@ -109,7 +109,9 @@ def conclusions(board: Board, written: Path | None) -> list[str]:
         return [*found, audit(board)]
     if after > before:  # only where the user asked for another order of tools
         more = amount(board, after - before)
-        found.append(f"the new order travels {more} {unit} more: tools by diameter cost that")
+        found.append(
+            f"the new file travels {more} {unit} more: the order of tools asked for costs that"
+        )
     elif before == board.bound:
         found.append("the file's own order is the shortest (proved); it is kept")
     elif before == after:
