@@ -68,7 +68,12 @@ def test_dxf_circles_and_points(tmp_path):
     reading = files.read(path)
     assert [float(reading.workpiece.hole(i).x) for i in range(2)] == [1.0, 3.0]
     assert reading.workpiece.hole(0).diameter == 1
-    assert len(files.read(path, tool="all").workpiece) == 3
+    everything = files.read(path, tool="all")
+    assert len(everything.workpiece) == 3 and "all are taken" in everything.notes[-1]
+    cut = tmp_path / "cut.dxf"
+    cut.write_text(path.read_text()[:3000])
+    with pytest.raises(InputError, match=r"no DXF drawing: .+"):
+        files.read(cut)
     with pytest.raises(InputError, match="other units"):
         files.read(path, units="inch")
     path.write_text("nonsense")

@@ -38,7 +38,7 @@ def read(path: Path, *, units: str | None = None, tool: str | int | None = None)
         reason = (error.strerror or str(error)).lower()
         raise InputError(f"cannot be read: {reason}", path) from None
     except Exception as error:  # ezdxf's parser raises whatever it stumbles over
-        reason = " ".join(str(error).split())[:200]
+        reason = " ".join(str(error).split())[:200] or "it may be cut off"
         raise InputError(f"is no DXF drawing: {reason}", path) from None
     stated = MM.get(drawing.header.get("$INSUNITS", 0))
     asked = None if units is None else MM[1 if units == "inch" else 4]

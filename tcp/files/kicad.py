@@ -18,6 +18,7 @@ from tcp.errors import InputError, TcpError
 from tcp.files.layered import STEP, Drill, reading
 from tcp.files.reading import Reading
 from tcp.files.text import read_bounded
+from tcp.words import counted
 from tcp.workpiece import exact_decimal
 
 _TOKEN = re.compile(r'\s*(?:([()])|"((?:[^"\\]|\\.)*)"|([^\s()"]+))')
@@ -48,7 +49,7 @@ def read(path: Path, *, units: str | None = None, tool: str | int | None = None)
     except (TcpError, IndexError, TypeError, ValueError) as error:
         raise InputError(f"a pad or via is not understood: {error}", path) from None
     slots = sum(oval for _, oval in found)
-    notes = [f"{slots} oval holes are taken by their centres"] if slots else []
+    notes = [f"{counted(slots, 'oval hole')} taken by the centre"] if slots else []
     return reading(path, [drill for drill, _ in found], tool, notes)
 
 

@@ -56,7 +56,11 @@ def reading(
     mine = [d for d in drills if chosen in ("ALL", names[d.group, d.diameter])]
     if not mine:
         raise InputError(f"has no tool {shown(str(tool))}; its tools are {table}", path)
-    more = [f"tools: {table}; {chosen} is taken"] if len(groups) > 1 else []
+    more = (
+        [f"tools: {table}; {'all are' if chosen == 'ALL' else f'{chosen} is'} taken"]
+        if len(groups) > 1
+        else []
+    )
     piece = Workpiece(
         path.stem if chosen == "ALL" else f"{path.stem}-{chosen}",
         tuple(str(i + 1) for i in range(len(mine))),
