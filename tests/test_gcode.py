@@ -7,6 +7,7 @@ import random
 import re
 import shutil
 import subprocess
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -566,3 +567,11 @@ def test_linuxcnc_accepts_the_output_and_drills_the_same_holes(text, tmp_path):
     assert board.changed
     feeds = interpreted(before, program)
     assert feeds and feeds == interpreted(after, program)
+
+
+def test_alignment_holes_are_holes_and_not_the_rapids_before_them():
+    rapids = "".join(f"G0 X{x} Y0\nG1 Z-1 F9\nG0 Z5\n" for x in (50, 99, 40, 30))
+    program = program_of(f"G21 G90\nT1 M6\nG0 Z5\nG0 X0 Y0\n{rapids}M2\n")
+    for first, after in ((0, [30, 40, 50, 99]), (1, [50, 40, 30, 99]), (2, [50, 99, 40, 30])):
+        board = optimise(program, replace(FAST, keep_first=first))
+        assert [x for _, x, _ in holes(board.after)] == after

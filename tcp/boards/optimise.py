@@ -10,6 +10,8 @@ from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
+
 from tcp.boards.board import Board, Part, Wishes
 from tcp.boards.bound import least_chain, loose_bound, path_bound
 from tcp.boards.chain import Stops, ToolOrder
@@ -22,7 +24,7 @@ from tcp.boards.trail import Costs, follow, measure, on_grid, rule_for
 from tcp.boards.versions import by_old_number, by_tool, inside_out, prepared, rewritten
 from tcp.errors import UsageError
 from tcp.files.drilling import compare
-from tcp.files.excellon import Program
+from tcp.files.excellon import Kind, Program
 from tcp.files.excellon.blocks import folded
 from tcp.files.excellon.guard import LostError
 from tcp.files.excellon.program import Place
@@ -130,14 +132,16 @@ def _solve_inside(
 ) -> list[Solved]:
     """Solve what is inside step-and-repeat blocks that move as units."""
     runs = free_runs(program, locked_parts(program, wishes), 0)
-    blocks = [p for p in program.patterns if p.movable and p.first >= wishes.keep_first]
+    blocks = [
+        p for p in program.patterns if p.movable and p.first >= rows_in_front(program, wishes)
+    ]
     inner = [run for run in runs if any(b.first <= run[0] < b.last for b in blocks)]
     return _solve_runs(program, inner, replace(wishes, certificates=None), news, clock)
 
 
 def _solve_all(program: Program, wishes: Wishes, news: News | None, clock: Clock) -> list[Solved]:
     """Solve every stretch, in file order."""
-    runs = free_runs(program, locked_parts(program, wishes), wishes.keep_first)
+    runs = free_runs(program, locked_parts(program, wishes), rows_in_front(program, wishes))
     return _solve_runs(program, runs, wishes, news, clock)
 
 
@@ -254,6 +258,12 @@ def locked_parts(program: Program, wishes: Wishes) -> frozenset[int]:
     return frozenset(i for i, s in enumerate(program.selections) if s.tool in wishes.keep)
 
 
+def rows_in_front(program: Program, wishes: Wishes) -> int:
+    """How many rows the units take that stay in front; a rapid to nowhere is no unit."""
+    units = np.flatnonzero(program.rows.kind != Kind.PASS)[: wishes.keep_first]
+    return int(units[-1]) + 1 if len(units) else 0
+
+
 def stops(program: Program, wishes: Wishes) -> Stops:
     """Start and park position on the file's grid."""
     start = None if wishes.start is None else on_grid(program, wishes.start)
@@ -275,6 +285,7 @@ def _parts(
     seconds = BOUND_SHARE * (wishes.time_limit or LIMITS[wishes.effort])
     if clock.interrupted:
         seconds = 0.1
+    front = rows_in_front(program, wishes)
     found = []
     for number, (a, b) in part_rows(program):
         mine = tuple(s for s in solved if a <= s.stretch.first < b)
@@ -293,7 +304,7 @@ def _parts(
                 bound=bound,
                 proof=_weakest(mine) if closed else Proof.NONE,
                 solved=mine,
-                locked=number in locked or b <= wishes.keep_first,
+                locked=number in locked or b <= front,
                 proved=closed or number in locked,
                 saves=choice.saves.get(number, 0),
             )
