@@ -29,6 +29,7 @@ from tcp.boards.stretch import anchored, free_runs
 from tcp.boards.trail import follow, measure, rule_for
 from tcp.cli.main import main
 from tcp.errors import InputError, UsageError
+from tcp.files import gcode
 from tcp.files.excellon import hints, parse, read_program
 from tcp.files.excellon.guard import LostError, compare
 from tcp.travel import Model, Travel
@@ -915,3 +916,27 @@ def test_the_benchmark_page_is_printed_from_its_rows():
         "| kicad-a.drl | T2 | 900 | 1.00 | 0.99 | 1.00 % | 0.5 |",
     ):
         assert said in page
+
+
+@settings(max_examples=40, deadline=None)
+@given(
+    st.lists(
+        st.lists(st.tuples(st.integers(0, 40), st.integers(0, 40)), min_size=1, max_size=3),
+        min_size=2,
+        max_size=3,
+    )
+)
+def test_stretches_one_behind_the_other_are_bounded_from_below(groups):
+    """Holes of one tool at several depths: the groups stay in order, each is free inside."""
+    lines = [
+        f"G0 X{x} Y{y}\nG1 Z-{depth + 1} F9\nG0 Z5\n"
+        for depth, group in enumerate(groups)
+        for x, y in group
+    ]
+    text = f"G21 G90\nT1 M6\nG0 Z5\n{''.join(lines)}M2\n"
+    board = optimise(gcode.parse(text.encode(), "board.ngc"), FAST)
+    orders = itertools.product(*(itertools.permutations(group) for group in groups))
+    least = min(length([place for group in order for place in group]) for order in orders)
+    worth = board.rule.quantum
+    assert board.bound * worth <= least <= board.costs_after.total * worth
+    assert board.parts[0].bound == board.bound

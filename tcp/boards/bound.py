@@ -45,7 +45,11 @@ def path_bound(
 def loose_bound(
     program: Program, trail: Trail, number: int, travel: Travel, rule: CostRule, seconds: float
 ) -> int:
-    """A bound on any path through all places of a selection, whatever must stay where.
+    """A bound on any path through all places of a selection that has no other.
+
+    The larger of two: all places in any order; and, where no pattern is repeated,
+    the stretches one behind the other, each in any order, with the shortest moves
+    from one to the next.
 
     Parameters
     ----------
@@ -56,15 +60,33 @@ def loose_bound(
     travel, rule : Travel, CostRule
         The travel model, and the board's costs.
     seconds : float
-        Time for Held and Karp's ascent.
+        Time for Held and Karp's ascents.
     """
+    mine = np.flatnonzero(trail.part == number)
+    places = np.stack([trail.x, trail.y])[:, mine]
+    edges = np.flatnonzero(np.diff(program.rows.stretch[trail.row[mine]])) + 1
+    first, last = int(trail.row[mine].min()), int(trail.row[mine].max())
+    repeated = any(p.first <= last and first < p.last for p in program.patterns)
+    if repeated or not len(edges):
+        return _any_order(program, places, travel, rule, seconds)
+    whole = _any_order(program, places, travel, rule, seconds / 2)
+    pieces = np.split(places, edges, axis=1)
+    share = seconds / 2 / places.shape[1]
+    inside = sum(_any_order(program, p, travel, rule, share * p.shape[1]) for p in pieces)
+    links = sum(nearest(rule, (p[0], p[1]), (q[0], q[1])) for p, q in pairwise(pieces))
+    return max(whole, inside + links)
+
+
+def _any_order(
+    program: Program, places: Ints, travel: Travel, rule: CostRule, seconds: float
+) -> int:
+    """A bound on any path through some places, given as two rows of coordinates."""
     from tcp.bounds.one_tree import one_tree_bound  # loads numba
 
-    places = np.unique(np.stack([trail.x, trail.y])[:, trail.part == number], axis=1)
-    if places.shape[1] < 3:
-        return 0
-    names = tuple(map(str, range(places.shape[1])))
-    x, y = (np.ascontiguousarray(axis) for axis in places)
+    x, y = (np.ascontiguousarray(axis) for axis in np.unique(places, axis=1))
+    if len(x) < 3:
+        return int(rule.costs(np.diff(x), np.diff(y)).sum())
+    names = tuple(map(str, range(len(x))))
     instance = Instance(Workpiece("places", names, x, y, program.step), travel)
     found = one_tree_bound(instance, clock=Clock(Stop(seconds))).value
     worth = (sharpen(instance, found) or 0) * instance.quantum
