@@ -6,6 +6,7 @@ import importlib.util
 import itertools
 import json
 import os
+import random
 import re
 import signal
 from dataclasses import replace
@@ -940,3 +941,24 @@ def test_stretches_one_behind_the_other_are_bounded_from_below(groups):
     worth = board.rule.quantum
     assert board.bound * worth <= least <= board.costs_after.total * worth
     assert board.parts[0].bound == board.bound
+
+
+@pytest.mark.parametrize("seed", [6, 48, 77])
+def test_fitting_paths_to_each_other_is_done_with_in_one_run(seed):
+    """Boards on which a second run found ends that fit the next tool better."""
+    rng = random.Random(seed)
+    tools = [
+        [(rng.randrange(14), rng.randrange(14)) for _ in range(rng.choice((2, 3, 4, 18, 20)))]
+        for _ in range(3)
+    ]
+
+    def board(tools: list[list[tuple[int, int]]]):
+        lines = [
+            f"T{tool}\n" + "".join(f"X{x}Y{y}\n" for x, y in holes)
+            for tool, holes in enumerate(tools, start=1)
+        ]
+        return optimise(program_of("".join(lines)))
+
+    first = board(tools)
+    assert first.proved and optimise(first.after).data == first.data
+    assert board([holes[::-1] for holes in tools]).costs_after == first.costs_after

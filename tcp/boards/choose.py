@@ -91,8 +91,9 @@ def choose(
 
     Candidates are the file's own order, the new path and that path reversed; a
     small tool's shortest path between every two ends; and paths of larger tools
-    that are fitted to the places where their neighbours end and begin.  Ties go to
-    the file's own order, then to the new path as the solver gave it.
+    that are fitted to the places where their neighbours end and begin.  The file's
+    own order has no part in the fitting, so that this does not depend on it.  Ties go
+    to the file's own order, then to the new path as the solver gave it.
     """
     parts = part_rows(program)
     mine = [[s for s in solved if a <= s.stretch.first < b] for _, (a, b) in parts]
@@ -105,15 +106,17 @@ def choose(
     }
     small = {at: all_ends(u) for at, u in units.items() if few(u.stretch)}
     small |= {at: plain[at][:1] for at, (_, rows) in enumerate(parts) if _settled(program, *rows)}
-    ways = [[*found, *small.get(at, [])] for at, found in enumerate(plain)]
+    ways = [[*small.get(at, found[1:])] for at, found in enumerate(plain)]
     rank = [rank_of(program, number) for number, _ in parts]
 
     def best(ways: list[list[Candidate]]) -> Chain:
         return arrange(ways, rank, tool_order, rule, program.step, stops)
 
     large = {at: (mine[at][0], u) for at, u in units.items() if at not in small}
+    _fitted(ways, large, best, stops, fit)
+    ways = [[*found[:1], *more] for found, more in zip(plain, ways, strict=True)]
     as_it_is = best([found[:1] for found in plain])
-    chain = _fitted(ways, large, best, as_it_is, stops, fit)
+    chain = min(as_it_is, best(ways), key=lambda chain: chain.cost)
     orders: Orders = {}
     for at, k in chain.steps:
         orders |= ways[at][k].choice()
@@ -136,12 +139,11 @@ def _fitted(
     ways: list[list[Candidate]],
     large: Mapping[int, tuple[Solved, Units]],
     best: Callable[[list[list[Candidate]]], Chain],
-    as_it_is: Chain,
     stops: Stops,
     fit: Fit,
-) -> Chain:
-    """The best chain, after paths of large parts were added that fit the chains before it."""
-    chain = min(as_it_is, best(ways), key=lambda chain: chain.cost)
+) -> None:
+    """Add paths of large parts that fit the best chain, and the one after that, and so on."""
+    chain = best(ways)
     for _ in range(ROUNDS):
         for at, order, before, after in _between(ways, chain, stops):
             if at in large and not large[at][1].stretch.directed().any():
@@ -150,9 +152,8 @@ def _fitted(
                 ways[at] += units.both_ways(fit(solved, units, order, before, after))
         again = best(ways)
         if again.cost >= chain.cost:
-            break
+            return
         chain = again
-    return chain
 
 
 def _between(

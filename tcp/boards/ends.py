@@ -130,7 +130,7 @@ def all_ends(units: Units) -> list[Candidate]:
         return {first: Order(states.rows[turns], states.reverse[turns])}
 
     least = best[-1]
-    return [
+    found = [
         Candidate(
             units.inside + int(least[a, b]),
             place(entry[a]),
@@ -139,6 +139,7 @@ def all_ends(units: Units) -> list[Candidate]:
         )
         for a, b in zip(*(side.tolist() for side in np.nonzero(least < FAR)), strict=True)
     ]
+    return sorted(found, key=lambda way: (way.entry, way.exit))  # ties know no file order
 
 
 def turned(units: Units, order: Order, before: Place | None, after: Place | None) -> Order:

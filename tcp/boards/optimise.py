@@ -39,6 +39,9 @@ from tcp.travel import CostRule
 FIT_LEAST, FIT_SHARE = 0.5, 3.0
 """Seconds for fitting a path to its neighbours: at least, and times what the path took."""
 
+FITS = 4
+"""Pairs of places to which the proof engine fits one path: neighbours move when it has moved."""
+
 News = Callable[[str, Instance, Progress], None]
 """Hears how the tools come along: tool, instance, progress.  Observes only."""
 
@@ -223,10 +226,11 @@ def _fit(wishes: Wishes, clock: Clock) -> Fit:
     """Fits paths to their neighbours: quick ones by the proof engine, the others at both ends.
 
     The engine gets no more time than the path itself needed thrice, and never
-    more than is left of the tool's time; each path is fitted by it once.
+    more than is left of the tool's time; it fits each path to the same places once, and to
+    :data:`FITS` pairs of places at most.
     """
     limit = LIMITS[wishes.effort] if wishes.time_limit is None else wishes.time_limit
-    done: set[int] = set()
+    done: dict[int, set[tuple[Place | None, Place | None]]] = {}
 
     def fit(
         solved: Solved, units: Units, order: Order, before: Place | None, after: Place | None
@@ -234,9 +238,10 @@ def _fit(wishes: Wishes, clock: Clock) -> Fit:
         order, spent = turned(units, order, before, after), solved.answer.seconds
         seconds = min(limit - spent, max(FIT_LEAST, FIT_SHARE * spent))
         wanted = wishes.effort is not Effort.FAST and solved.answer.optimal and seconds > 0
-        if clock.interrupted or not wanted or solved.stretch.first in done:
+        fitted = done.setdefault(solved.stretch.first, set())
+        if clock.interrupted or not wanted or (before, after) in fitted or len(fitted) == FITS:
             return order
-        done.add(solved.stretch.first)
+        fitted.add((before, after))
         travel = wishes.machine.travel
         return tied(units, order, before, after, travel, seconds, wishes.seed)
 
