@@ -23,9 +23,10 @@ from tcp.boards.effort import Effort
 from tcp.boards.optimise import optimise
 from tcp.cli.main import main
 from tcp.errors import UsageError
+from tcp.files import gcode
 from tcp.files.excellon import parse
 from tcp.report.board_html import board_html, save_board_html
-from tcp.report.board_plot import board_svg, save_board_plot, sides
+from tcp.report.board_plot import Frame, board_svg, save_board_plot, side_svg, sides
 
 NASTY = "<script>alert(1)<b>&\"'.drl"
 TEXT = (
@@ -96,6 +97,22 @@ def test_pictures_are_written_as_svg_or_png(board, tmp_path):
     assert (tmp_path / "a.png").read_bytes().startswith(b"\x89PNG")
     with pytest.raises(UsageError, match=r"\.svg or \.png"):
         save_board_plot(board, tmp_path / "a.pdf")
+
+
+def test_a_rapid_to_nowhere_is_drawn_as_no_hole():
+    text = b"G21 G90\nG0 Z5\nG0 X0 Y0\nG81 X5 Y5 Z-1 R1\nX9\nX7\nG80\nG0 X0 Y0\nM2\n"
+    before, after = sides(optimise(gcode.parse(text, "a.ngc"), Wishes(effort=Effort.FAST)))
+    assert before.drilled == after.drilled == [False, True, True, True, False]
+    assert side_svg(before, Frame.around(before.places)).count("h0") == 3
+
+
+def test_png_without_matplotlib_ends_the_call_before_any_work(tmp_path, monkeypatch):
+    monkeypatch.setattr("tcp.cli.terminal.find_spec", lambda name: None)
+    monkeypatch.setattr("tcp.cli.optimize.optimise", None)
+    path = tmp_path / "a.drl"
+    path.write_bytes(b"M48\nMETRIC,TZ\nT1C1\n%\nT1\nX1Y1\nM30\n")
+    done = CliRunner().invoke(main, ["optimize", str(path), "--plot", str(tmp_path / "a.png")])
+    assert done.exit_code == 2 and "pip install 'tcp-drill[plot]'" in done.stderr
 
 
 def test_the_command_writes_picture_and_page(tmp_path):

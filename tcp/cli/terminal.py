@@ -6,6 +6,7 @@ import os
 import sys
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
+from importlib.util import find_spec
 from pathlib import Path
 
 import click
@@ -80,7 +81,8 @@ def check_outputs(targets: Iterable[tuple[Path, tuple[str, ...]]], sources: Iter
     Raises
     ------
     UsageError
-        If an output is an input or another output, or its ending is unknown.
+        If an output is an input or another output, or its ending is unknown or needs
+        what is not installed.
     OutputError
         If an output's folder does not exist or cannot be written to.
     """
@@ -91,6 +93,8 @@ def check_outputs(targets: Iterable[tuple[Path, tuple[str, ...]]], sources: Iter
             continue
         if suffixes and not path.name.lower().endswith(suffixes):
             raise UsageError(f"{path}: expected a name that ends in {' or '.join(suffixes)}")
+        if path.suffix.lower() == ".png" and find_spec("matplotlib") is None:
+            raise UsageError(f"{path}: PNG needs matplotlib: pip install 'tcp-drill[plot]'")
         place = real_path(path)
         if place in inputs:
             raise UsageError(f"{path} is an input and would be overwritten; choose another name")

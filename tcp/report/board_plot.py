@@ -18,9 +18,10 @@ import numpy as np
 from tcp.boards.board import Board
 from tcp.boards.trail import Trail, follow
 from tcp.errors import UsageError
-from tcp.files.excellon import Program
+from tcp.files.excellon import Kind, Program
 from tcp.files.write import write_file
 from tcp.report.board import amount
+from tcp.report.shades import shade, shaded
 
 PANEL = 520
 MARGIN = 18
@@ -50,6 +51,8 @@ class Side:
         The path.
     tools : list of int
         Index of the tool at each place, among the board's tools.
+    drilled : list of bool
+        Whether there is a hole at each place, and not only a way to the next one.
     jumps : list of int
         Moves (by the index of their first place) that are highlighted.
     sizes : list of float
@@ -59,6 +62,7 @@ class Side:
     title: str
     places: list[tuple[float, float]]
     tools: list[int]
+    drilled: list[bool]
     jumps: list[int]
     sizes: list[float]
 
@@ -78,21 +82,14 @@ def _side(program: Program, title: str) -> Side:
     used = sorted(program.used)
     names = {tool: i for i, tool in enumerate(used)}
     tools = [names[t] for t in program.rows.tool[trail.row].tolist()]
+    drilled = (program.rows.kind[trail.row] != Kind.PASS).tolist()
     reach = np.hypot(np.ptp(trail.x), np.ptp(trail.y))
     moves = np.hypot(np.diff(trail.x), np.diff(trail.y))
     jumps = np.flatnonzero(moves > LONG * reach).tolist() if reach else []
     places = list(zip((trail.x * step).tolist(), (trail.y * step).tolist(), strict=True))
     count = f", {len(jumps)} long jump{'s' if len(jumps) != 1 else ''}"
     sizes = [float(program.tools[tool].diameter or 0) for tool in used]
-    return Side(title + count, places, tools, jumps, sizes)
-
-
-def shade(t: float) -> str:
-    """Colour at ``t`` in [0, 1], from blue through violet to red."""
-    stops = [(33, 102, 172), (140, 70, 160), (203, 24, 29)]
-    low, share = (stops[:2], 2 * t) if t < 0.5 else (stops[1:], 2 * t - 1)
-    mixed = (round(a + (b - a) * share) for a, b in zip(*low, strict=True))
-    return "#" + "".join(f"{channel:02x}" for channel in mixed)
+    return Side(title + count, places, tools, drilled, jumps, sizes)
 
 
 @dataclass(frozen=True)
@@ -195,9 +192,6 @@ def _square(x: float, y: float) -> str:
 
 def side_svg(side: Side, frame: Frame) -> str:
     """One picture as SVG elements."""
-    moves = len(side.places) - 1
-    pieces = min(moves, RUNS)
-    cuts = [moves * k // pieces for k in range(pieces + 1)] if pieces else []
     spots = [frame.at(place) for place in side.places]
     thin = 1.1 if len(spots) < 800 else 0.7
     out = [
@@ -206,9 +200,9 @@ def side_svg(side: Side, frame: Frame) -> str:
         *_holes(side, frame, spots),
         f'</g><g fill="none" stroke-width="{thin}" stroke-linejoin="round">',
     ]
-    for k in range(pieces):
-        points = " ".join(f"{x},{y}" for x, y in spots[cuts[k] : cuts[k + 1] + 1])
-        out.append(f'<polyline points="{points}" stroke="{shade(k / max(pieces - 1, 1))}"/>')
+    for colour, a, b in shaded(len(spots) - 1, RUNS):
+        points = " ".join(f"{x},{y}" for x, y in spots[a : b + 1])
+        out.append(f'<polyline points="{points}" stroke="{colour}"/>')
     for i in side.jumps:
         (x1, y1), (x2, y2) = spots[i], spots[i + 1]
         line = f'<line x1="{x1}" y1="{y1}" x2="{x2}" y2="{y2}"'
@@ -222,7 +216,9 @@ def _holes(side: Side, frame: Frame, spots: list[tuple[float, float]]) -> list[s
     least, out = (3.2 if len(spots) < 800 else 2.0), []
     for tool in sorted(set(side.tools)):
         dots = "".join(
-            f"M{x} {y}h0" for (x, y), t in zip(spots, side.tools, strict=True) if t == tool
+            f"M{x} {y}h0"
+            for (x, y), t, hole in zip(spots, side.tools, side.drilled, strict=True)
+            if hole and t == tool
         )
         wide = min(max(least, side.sizes[tool] * frame.scale), 14.0)
         colour = TOOLS[tool % len(TOOLS)]
@@ -284,8 +280,9 @@ def _png(board: Board) -> bytes:
         axes.add_collection(LineCollection(list(moves), colors=colours, linewidths=0.7))
         jumps = list(moves[side.jumps])
         axes.add_collection(LineCollection(jumps, colors=JUMP, linewidths=1.1, linestyles="--"))
-        dots = [TOOLS[t % len(TOOLS)] for t in side.tools]
-        axes.scatter(places[:, 0], places[:, 1], s=4, c=dots, zorder=3)
+        dots = np.array([TOOLS[t % len(TOOLS)] for t in side.tools])[side.drilled]
+        holes = places[side.drilled]
+        axes.scatter(holes[:, 0], holes[:, 1], s=4, c=dots, zorder=3)
         axes.plot(*places[0], "o", mfc="none", mec=BEGIN, mew=1.6, ms=8, zorder=4)
         axes.plot(*places[-1], "s", mfc="none", mec=END, mew=1.4, ms=7, zorder=4)
         axes.set_title(side.title, fontsize=10)

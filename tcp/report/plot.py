@@ -13,6 +13,7 @@ from pathlib import Path
 
 from tcp.errors import UsageError
 from tcp.files.write import write_file
+from tcp.report.shades import shaded
 from tcp.report.table import describe, duration, proof
 from tcp.result import Result
 
@@ -89,20 +90,7 @@ def drawing(result: Result) -> Drawing:
 
 def _runs(line: list[Place]) -> list[Run]:
     """The line in at most :data:`RUNS` pieces, from blue to red."""
-    moves = len(line) - 1
-    pieces = min(moves, RUNS)
-    cuts = [moves * k // pieces for k in range(pieces + 1)] if pieces else []
-    return [
-        (_shade(k / max(pieces - 1, 1)), line[cuts[k] : cuts[k + 1] + 1]) for k in range(pieces)
-    ]
-
-
-def _shade(t: float) -> str:
-    """Colour at ``t`` in [0, 1] between blue, violet and red."""
-    stops = [(33, 102, 172), (140, 70, 160), (203, 24, 29)]
-    low, share = (stops[:2], 2 * t) if t < 0.5 else (stops[1:], 2 * t - 1)
-    mixed = (round(a + (b - a) * share) for a, b in zip(*low, strict=True))
-    return "#" + "".join(f"{channel:02x}" for channel in mixed)
+    return [(colour, line[a : b + 1]) for colour, a, b in shaded(len(line) - 1, RUNS)]
 
 
 def save_plot(result: Result, path: Path) -> None:
