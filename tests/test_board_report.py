@@ -10,6 +10,7 @@ import shutil
 import subprocess
 import time
 from collections.abc import Iterator
+from fractions import Fraction
 from html.parser import HTMLParser
 from pathlib import Path
 from typing import Any
@@ -25,6 +26,7 @@ from tcp.cli.main import main
 from tcp.errors import UsageError
 from tcp.files import gcode
 from tcp.files.excellon import parse
+from tcp.report.board import three_digits
 from tcp.report.board_html import board_html, save_board_html
 from tcp.report.board_plot import Frame, board_svg, save_board_plot, side_svg, sides
 
@@ -97,6 +99,20 @@ def test_pictures_are_written_as_svg_or_png(board, tmp_path):
     assert (tmp_path / "a.png").read_bytes().startswith(b"\x89PNG")
     with pytest.raises(UsageError, match=r"\.svg or \.png"):
         save_board_plot(board, tmp_path / "a.pdf")
+
+
+@pytest.mark.parametrize(
+    ("value", "said"),
+    [
+        ("0", "0.00"),
+        ("0.0042", "0.00420"),
+        ("2.976", "2.98"),
+        ("12.38", "12.4"),
+        ("1234", "1234.0"),
+    ],
+)
+def test_small_differences_do_not_look_like_none(value, said):
+    assert three_digits(Fraction(value)) == said
 
 
 def test_a_rapid_to_nowhere_is_drawn_as_no_hole():

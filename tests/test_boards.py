@@ -817,6 +817,7 @@ def test_a_folder_that_cannot_be_written_to_ends_the_call_before_any_work(
         ["--check", "--out", "x.drl"],
         ["--check", "--force"],
         ["--in-place", "--out", "x.drl"],
+        ["--out", "none/"],
         ["--keep-first", "1", "--tool-order", "ascending"],
         ["--keep-first", "1", "--merge-tool-selections"],
         ["--vx", "5"],

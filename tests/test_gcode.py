@@ -518,6 +518,13 @@ def test_holes_in_two_pockets_stay_each_in_its_own():
     assert program.rows.stretch.tolist() == [0, 0, 1, 2, 2, 3]
 
 
+@pytest.mark.parametrize("line", ["N50 G0 X20. Y5.", "N65 G98 G81 X20. Y5."])
+def test_the_guard_sees_a_rapid_that_was_left_behind(line):
+    moved = FUSION.replace(line, line.replace("X20.", "X45.")).replace("N70 X45.", "N70 X20.")
+    with pytest.raises(LostError):
+        compare(program_of(FUSION), program_of(moved))
+
+
 def test_modes_hold_on_lines_that_are_not_understood():
     text = "G21 G90\nT1 M6\nG28.1 G91\nT2 M6\nG0 X1 Y1\nG81 X5 Y1 Z-6 R-3\nX50\nX-8\nG90\nM2\n"
     with pytest.raises(InputError, match=r"G28.1 G91.* is not understood"):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
@@ -170,6 +171,14 @@ def _live(wanted: bool) -> Iterator[News | None]:
         yield news
 
 
+def place(text: str) -> Path:
+    """Where to write; an option's type.  What ends like a folder's name must be one."""
+    path = Path(text)
+    if text.endswith(("/", os.sep)) and not path.is_dir():
+        raise click.BadParameter(f"there is no folder {text}")
+    return path
+
+
 def _tool(text: str) -> int:
     bare = text.strip().upper().removeprefix("T")
     if not bare.isdigit():
@@ -242,7 +251,7 @@ def _options(options: list[Any]) -> Callable[[Function], Function]:
 @_options(_MACHINE)
 @_options(_READING)
 @fleet_options("1, boards one after the other")
-@click.option("--out", "-o", type=click.Path(path_type=Path), help="File or directory to write.")
+@click.option("--out", "-o", type=place, metavar="PATH", help="File or directory to write.")
 @click.option("--in-place", is_flag=True, help="Replace the input; it is kept as NAME.bak.")
 @click.option("--force", is_flag=True, help="Overwrite an existing output.")
 @click.option("--dry-run", is_flag=True, help="Do everything but write boards.")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from fractions import Fraction
 from pathlib import Path
@@ -20,6 +21,12 @@ def amount(board: Board, cost: int | None) -> str:
     return f"{float(board.worth(cost)):.{2 if board.wishes.machine.timed else 1}f}"
 
 
+def three_digits(value: Fraction) -> str:
+    """A small difference with three digits, a large one with one decimal."""
+    size = math.floor(math.log10(abs(value))) if value else 0
+    return f"{float(value):.{max(1, 2 - size)}f}"
+
+
 def stays(part: Part) -> bool:
     """Whether a tool's holes stay in their order: locked by the user, or not understood."""
     return part.locked or (not part.solved and part.holes > 1)
@@ -35,9 +42,10 @@ def verdict(board: Board, part: Part) -> str:
     if not part.bound:
         return "no bound"
     unit = board.wishes.machine.unit
-    saves = f", saves {amount(board, part.saves)} {unit} between the tools" if part.saves else ""
+    gain = three_digits(board.worth(part.saves))
+    saves = f", saves {gain} {unit} between the tools" if part.saves else ""
     if part.proved:
-        longer = f"{float(board.worth(part.after - part.bound)):.2f}"
+        longer = three_digits(board.worth(part.after - part.bound))
         return f"{longer} {unit} longer than its shortest path{saves}"
     return f"at most {percent((part.after - part.bound) / part.bound)} above the shortest{saves}"
 
