@@ -582,3 +582,13 @@ def test_alignment_holes_are_holes_and_not_the_rapids_before_them():
     for first, after in ((0, [30, 40, 50, 99]), (1, [50, 40, 30, 99]), (2, [50, 99, 40, 30])):
         board = optimise(program, replace(FAST, keep_first=first))
         assert [x for _, x, _ in holes(board.after)] == after
+
+
+def test_another_plane_holds_until_it_is_taken_back():
+    drills = "G81 X1 Z1 Y-1 R2 F9\nX9\nX2\nG80\n"
+    text = f"G21 G90 G18\nT1 M6\n{drills}T2 M6\n{drills}T3 M6\nG17\n{drills}T4 M6\n{drills}M2\n"
+    program = program_of(text)
+    said = "line 1: G18 drills in another plane; the order of T{} is kept"
+    assert program.notes == (said.format(1), said.format(2), said.format(3))
+    board = optimise(program, FAST)
+    assert [part.before > part.after for part in board.parts] == [False, False, False, True]

@@ -33,7 +33,7 @@ from tcp.words import shown
 _COMMENT = re.compile(rb"\([^()]*\)|;.*")
 _WORD = re.compile(rb"[ \t]*([A-Za-z])[ \t]*([+-]?(?:\d+\.?\d*|\.\d+))[ \t]*")
 _LEANING = re.compile(rb"[XYIJO#xyijo]")
-_NUMBER = re.compile(rb"[Oo]\d{1,8}")
+_PROGRAM = re.compile(rb"[Oo]\d{1,8}")
 _CHANGE = re.compile(rb"[Mm][ \t]*0*6(?!\d)")
 _MODES = re.compile(rb"[Gg][ \t]*0*(20|21|90|91)(?![\d.])")
 _CYCLES = {"81", "82", "83", "73"}
@@ -93,6 +93,7 @@ class _Reader:
         self.approaches: dict[int, int] = {}
         self.selections = [Selection(0, 0, 0)]
         self.atomic: dict[int, str] = {}
+        self.sideways = ""
         self.leaning: set[int] = set()
         self.ended = False
 
@@ -109,7 +110,7 @@ class _Reader:
 
     def _line(self, line: bytes) -> None:
         bare = _COMMENT.sub(b"", line).strip()
-        if not bare or _NUMBER.fullmatch(bare):
+        if not bare or _PROGRAM.fullmatch(bare):
             return
         words = []
         for piece in _COMMENT.split(line):  # a comment never stands inside a word
@@ -199,6 +200,9 @@ class _Reader:
                 self.cycle = {}
                 self.barrier += 1
             self.motion = "" if code == "80" else code
+        elif code in ("18", "19"):  # the tool points along Y or X until G17
+            self.sideways = f"line {self.at + 1}: G{code} drills in another plane"
+            return False
         elif code in ("98", "99"):
             self.state["retract"] = code
         elif code in _STATE or code in _GROUP or code in _LENGTH:
@@ -206,6 +210,8 @@ class _Reader:
             group = "length" if code in _LENGTH else _GROUP.get(code, f"G{code}")
             self.state[group] = code
             self.barrier += 1
+            if code == "17":
+                self.sideways = ""
         else:
             return code == "4" or code in _HEIGHT or code in _ARCS
         return True
@@ -233,6 +239,8 @@ class _Reader:
         self._end_section()
         self.tool = self.pending = tool
         self.selections.append(Selection(tool, self.at, len(self.columns[0])))
+        if self.sideways:
+            self.atomic[len(self.selections) - 1] = self.sideways
 
     def _end_section(self) -> None:
         """Where a tool goes after its last hole counts; a section without holes is none."""
