@@ -592,3 +592,12 @@ def test_another_plane_holds_until_it_is_taken_back():
     assert program.notes == (said.format(1), said.format(2), said.format(3))
     board = optimise(program, FAST)
     assert [part.before > part.after for part in board.parts] == [False, False, False, True]
+
+
+def test_places_behind_a_line_that_is_not_understood_are_said_to_be_left_out():
+    text = "G21 G90\nT1 M6\nG81 X1 Y1 Z-1 R2 F9\nX50\n{}\nX60\nX2\nG80\nM2\n"
+    program = program_of(text.format("G92 X0"))
+    assert drilled(program) == [(1, 2)]
+    assert program.notes[0].endswith("of T1 is kept, and not all of its places are counted")
+    program = program_of(text.format("M99\nG81 Y1 X60 Z-1 R2"))
+    assert drilled(program) == [(1, 5)] and program.notes[0].endswith("of T1 is kept")

@@ -93,6 +93,7 @@ class _Reader:
         self.approaches: dict[int, int] = {}
         self.selections = [Selection(0, 0, 0)]
         self.atomic: dict[int, str] = {}
+        self.uncounted: set[int] = set()
         self.sideways = ""
         self.leaning: set[int] = set()
         self.ended = False
@@ -321,6 +322,8 @@ class _Reader:
         flat = {"X", "Y"} & values.keys()
         rises = not flat and self.absolute and Decimal(_number(values["Z"])) > (self.z or 0)
         if self.motion not in ("0", "1") and not (self.motion == "" and rises):
+            if flat and not self.motion:
+                self.uncounted.add(len(self.selections) - 1)
             self._stubborn(bare)
             return
         if not flat:
@@ -423,6 +426,7 @@ class _Reader:
         busy = {self._selection(row) for row in range(len(self.keys))}
         notes = [
             f"{reason}; the order of T{self.selections[n].tool} is kept"
+            + (", and not all of its places are counted" if n in self.uncounted else "")
             for n, reason in self.atomic.items()
             if n in busy
         ]
