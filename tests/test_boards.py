@@ -886,7 +886,9 @@ def test_machine_options_reach_the_board(board, tmp_path):
     data = json.loads(done.stdout)
     assert data["unit"] == "s" and data["travel"] == "simultaneous"
     done = run(board, "--vx", "10", "--vy", "20", "--dry-run")
-    assert " s saved a board" in done.stdout
+    assert " s saved a board" in done.stdout and "with drilling" not in done.stdout
+    done = run(board, "--machine", profile, "--dry-run")
+    assert " s a board with drilling and tool changes" in done.stdout
     assert Machine().unit == "mm"
 
 

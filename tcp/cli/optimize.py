@@ -243,7 +243,9 @@ def _options(options: list[Any]) -> Callable[[Function], Function]:
 )
 @click.option("--merge-tool-selections", "merge", is_flag=True, help="Select each tool once.")
 @click.option("--expand", is_flag=True, help="Write repeats and patterns out hole by hole.")
-@click.option("--keep-first", type=click.IntRange(0), default=0, help="Units that stay in front.")
+@click.option(
+    "--keep-first", type=click.IntRange(0), default=0, metavar="N", help="Holes that stay in front."
+)
 @click.option("--keep", multiple=True, metavar="T", help="A tool whose order stays; repeatable.")
 @click.option(
     "--panels/--no-panels", default=True, help="Solve a board that is repeated k x m once."
@@ -266,10 +268,10 @@ def _options(options: list[Any]) -> Callable[[Function], Function]:
 @click.option("--manifest", type=click.Path(path_type=Path), help="Write hashes as JSON.")
 @click.option("--json", "as_json", is_flag=True, help="One JSON object a board, on one line.")
 def command(files: tuple[Path, ...], **given: Any) -> int:
-    """Put the holes of each drill FILE (Excellon) into a shorter order, tool by tool.
+    """Put the holes of each drill FILE (Excellon, G-code) into a shorter order, tool by tool.
 
     Only the order changes: the new file is read back and compared hole by
-    hole before it is put in place. FILE may be a directory.
+    hole before it is put in place. FILE may be a directory or a pattern.
     """
     boards, done = [], 0
     paths, errors = collect(files)

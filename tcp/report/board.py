@@ -134,8 +134,10 @@ def conclusions(board: Board, written: Path | None) -> list[str]:
         found.append(f"paths that end where the next tool begins save {gain} {unit} of that")
     if board.order_gain:
         found.append(f"the order of tools saves {amount(board, board.order_gain)} {unit} of that")
-    if board.wishes.machine.timed:
+    machine = board.wishes.machine
+    if machine.timed and after <= before:
         found.append(f"{float(board.worth(before - after)):.1f} s saved a board")
+    if machine.drill or machine.tool_change:
         found.append(
             f"{float(job_time(board, after)):.1f} s a board with drilling and tool changes"
         )
