@@ -31,7 +31,7 @@ from tcp.files.excellon import (
     read_program,
     workpiece,
 )
-from tcp.files.excellon.dialects import read_sidecar, report_counts
+from tcp.files.excellon.dialects import read_sidecar
 from tcp.files.excellon.document import cut
 from tcp.files.excellon.rewrite import Order, reorder
 
@@ -61,6 +61,7 @@ def test_counts_equal_the_index_on_every_board(corpus, unstated):
         repeats = sum(map(len, program.repeats.values()))
         assert repeats == int(row["R_repeats"]), row["file"]
         assert len(expanded(program)[0]) == program.hits, row["file"]
+        assert not [note for note in program.notes if "are stated" in note], row["file"]
 
 
 def test_every_byte_of_every_board_belongs_to_a_line(corpus):
@@ -88,7 +89,7 @@ def test_tool_travel_of_the_altium_report(corpus):
     piece = workpiece(program, choose_tool(program, None))
     steps = np.hypot(np.diff(piece.x), np.diff(piece.y)).sum() * float(piece.step)
     assert steps == pytest.approx(7677.84, abs=0.01)
-    counts = report_counts(corpus / "boards" / "altium-AFCv2.DRR")
+    counts = read_sidecar(corpus / "boards" / "altium-AFCv2.DRR").counts
     assert {t: program.drilled(t) for t in program.used} == {t: counts[t] for t in program.used}
 
 
@@ -365,6 +366,31 @@ def test_sidecars(tmp_path):
         read_program(board)
     with pytest.raises(InputError, match="neither"):
         read_sidecar(board)
+    with pytest.raises(InputError, match="the sidecar cannot be read: is a directory"):
+        read_program(board, Hints(sidecar=tmp_path))
+
+
+REPORT = """NCDrill File Report For: x.PcbDoc
+ASCII Plated RoundHoles File : board.TXT
+T1        0.2mm (7.874mil)         Round          2             7.79 mm (0.28 Inch)
+T2        8mil (0.2032mm)          Slot           1   NPTH      0.96 mm (0.43 Inch)
+T2        8mil (0.2032mm)          Round          1             0.96 mm (0.43 Inch)
+"""
+
+
+def test_holes_that_comments_or_a_report_state_are_counted(tmp_path):
+    board = tmp_path / "board.TXT"
+    text = "M48\n;FILE_FORMAT=4:4\nMETRIC,LZ\nT1C.2\nT2C.2\n%\nT1\nX1Y1\nX2Y2\nT2\nX1Y1G85X2Y2\n"
+    board.write_text(text + "X3Y3\nM30\n")
+    (tmp_path / "other.DRR").write_text(REPORT.replace("board", "other").replace("2   ", "9   "))
+    assert read_program(board).notes == ()
+    (tmp_path / "board.DRR").write_text(REPORT)
+    assert read_program(board).notes == ()
+    board.write_text(text + "M30\n")
+    said = "T2: 2 holes are stated, 1 are drilled; is the file whole?"
+    assert read_program(board).notes == (said,)
+    comment = ";T01 Holesize 1. = 8.0 Tolerance = +3.0/-3.0 PLATED MILS Quantity = 3\n"
+    assert read("X1Y1\nX2Y2\n", comment + "METRIC,TZ\nT01\n").notes[0].startswith("T1: 3 holes")
 
 
 @pytest.mark.parametrize("text", ["", "24", "2:4:1", "a:b", "0:0", "12:4", "2:10"])

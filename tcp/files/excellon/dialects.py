@@ -8,6 +8,7 @@ file that explains the first.
 from __future__ import annotations
 
 import re
+from collections import Counter
 from pathlib import Path
 
 from tcp.errors import InputError
@@ -59,6 +60,7 @@ def _wide(head: bytes) -> bool:
     )
 
 
+_REPORTED = re.compile(r"^T(\d+)\s+\S+\s+\([^)]*\)\s+(?:Round|Slot)\s+(\d+)\s", re.M)
 _GCODE = re.compile(
     r"^\s*(?:N\d+\s*)?(?:G0?[0-3]\b.*Z|G(?:20|21|17|54|81|82|83|73)\b.*(?:Z|$)|Z-?\d)", re.M
 )
@@ -100,31 +102,43 @@ def looks_gcode(data: bytes) -> bool:
 def find_sidecar(path: Path, data: bytes, given: Path | None = None) -> Sidecar | None:
     """The sidecar that explains a file: the given one, its namesake, or its folder's.
 
-    ``nc_param.txt`` of a folder speaks for Allegro's files only, which name
-    themselves by a ``;LEADER:`` comment.
+    ``nc_param.txt`` of a folder speaks for Allegro's files only, which name themselves by a
+    ``;LEADER:`` comment, and a report (``.DRR``) for the Altium files that it names.
     """
     if given is not None:
         return read_sidecar(given)
-    beside = [path.with_suffix(".nc_param.txt")]
-    if re.search(rb"^;\s*LEADER\s*:", data[:HEAD], re.M):
+    head, beside = data[:HEAD], [path.with_suffix(".nc_param.txt")]
+    if re.search(rb"^;\s*LEADER\s*:", head, re.M):
         beside.append(path.with_name("nc_param.txt"))
+    if re.search(rb"^;\s*FILE_FORMAT\s*=", head, re.M):
+        reports = [*path.parent.glob("*.DRR"), *path.parent.glob("*.drr")]
+        beside += [report for report in sorted(reports) if path.name in _text(report)]
     return next((read_sidecar(p) for p in beside if p.is_file()), None)
 
 
+def _text(path: Path) -> str:
+    try:
+        with path.open("rb") as file:
+            return file.read(HEAD).decode("latin-1")
+    except OSError as error:
+        reason = (error.strerror or str(error)).lower()
+        raise InputError(f"the sidecar cannot be read: {reason}", path) from None
+
+
 def read_sidecar(path: Path) -> Sidecar:
-    """Read Allegro's ``nc_param.txt`` or the units of Altium's ``.DRR``.
+    """Read Allegro's ``nc_param.txt`` or the hole counts of Altium's ``.DRR``.
 
     Raises
     ------
     InputError
         If the file is neither or cannot be read.
     """
-    try:
-        text = path.read_bytes()[:HEAD].decode("latin-1")
-    except OSError as error:
-        raise InputError(f"cannot read the sidecar: {error.strerror}", path) from None
+    text = _text(path)
     if "NCDrill File Report" in text:
-        return Sidecar(path)
+        counts = Counter[int]()
+        for tool, holes in _REPORTED.findall(text):
+            counts[int(tool)] += int(holes)
+        return Sidecar(path, counts=counts)
     words = dict(re.findall(r"^([A-Z_-]+)\s+(\S+)\s*$", text, re.M))
     if not {"INTEGER-PLACES", "DECIMAL-PLACES"} <= words.keys():
         raise InputError("is neither an nc_param.txt nor an Altium drill report", path)
@@ -139,13 +153,3 @@ def read_sidecar(path: Path) -> Sidecar:
     elif words.get("SUPPRESS-TRAIL-ZEROES") == "YES":
         zeros = Zeros.LZ
     return Sidecar(path, units, digits, zeros, words.get("COORDINATES") == "INCREMENTAL")
-
-
-def report_counts(path: Path) -> dict[int, int]:
-    """Holes per tool that an Altium drill report (``.DRR``) states; slots included."""
-    try:
-        text = path.read_bytes().decode("latin-1")
-    except OSError as error:
-        raise InputError(f"cannot read the report: {error.strerror}", path) from None
-    rows = re.findall(r"^T(\d+)\s+\S+\s+\([^)]*\)\s+(?:Round|Slot)\s+(\d+)\s", text, re.M)
-    return {int(tool): int(count) for tool, count in rows}

@@ -21,6 +21,7 @@ _WORD = re.compile(r"([A-Z])([+-]?[\d.]*)")
 _HOLESIZE = re.compile(
     r";\s*(?:T(\d+)\s+)?Holesize\s+(\d+)\.\s*=\s*(\d*\.?\d+)\s+Tolerance\s*=\s*\S+\s+"
     r"(PLATED|NON_PLATED|OPTIONAL)?\s*(MILS|MM|INCH|INCHES|MILLIMETERS)?"
+    r"(?:\s+Quantity\s*=\s*(\d{1,9})\b)?"
 )
 _MM = {
     "MILS": Fraction(254, 10000),
@@ -69,6 +70,8 @@ def note_comment(reader: State, text: str) -> None:
     if not found or not found[5] or reader.selections:
         return
     number = int(found[1] or found[2])
+    if found[6]:
+        reader.stated.setdefault(number, int(found[6]))
     if number not in reader.tools:
         diameter = Fraction(found[3]) * _MM[found[5]]
         plated = None if found[4] is None else found[4] == "PLATED"

@@ -326,7 +326,16 @@ class Reader(Routing):
         holes = int(program.times().sum())
         if holes > MOST:
             raise InputError(f"repeats make {holes:,} holes of it; at most {MOST:,}", self.path)
-        return program
+        return replace(program, notes=(*program.notes, *self._miscounts(program)))
+
+    def _miscounts(self, program: Program) -> list[str]:
+        """Tools that drill another number of holes than comments or a report state."""
+        found = {t: (n, program.drilled(t)) for t, n in self.stated.items() if t in program.used}
+        return [
+            f"T{tool}: {stated} holes are stated, {drilled} are drilled; is the file whole?"
+            for tool, (stated, drilled) in found.items()
+            if stated != drilled
+        ]
 
     def _rows(self, finer: int) -> Columns:
         """The columns as arrays; coordinates in place, and once where all units are points."""

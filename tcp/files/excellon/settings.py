@@ -10,6 +10,7 @@ contradictions, falls back on a sidecar file and on the caller's
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from fractions import Fraction
 from pathlib import Path
@@ -54,13 +55,14 @@ class Hints:
 
 @dataclass(frozen=True)
 class Sidecar:
-    """What a file beside the drill file says about it."""
+    """What a file beside the drill file says about it; ``counts``: holes by tool."""
 
     path: Path
     units: Units | None = None
     digits: Digits | None = None
     zeros: Zeros | None = None
     incremental: bool = False
+    counts: Mapping[int, int] = field(default_factory=dict)
 
 
 @dataclass

@@ -43,6 +43,7 @@ class State:
         self.document, self.path, self.settings = document, path, settings
         self.tools: dict[int, Tool] = {}
         self.plated: bool | None = None
+        self.stated: dict[int, int] = dict(settings.sidecar.counts) if settings.sidecar else {}
         self.notes: list[str] = []
         self.header = self.ended = False
         self.format_1 = False
