@@ -58,6 +58,7 @@ def test_a_hole_whose_line_ends_the_rout_mode_is_a_unit_of_its_own():
         HEAD + b"X1Y1\nX2\nG00X1\nM15\nG91\nG01X9Y9\nM16\nG05\nX1Y1\nX2\nM30\n",
         HEAD + b"M25\nX3Y4\nM01\nM02X1.5\nX3Y4\nX3\nM01\nM30\n",
         HEAD + b"M25\nX1Y2\nM01\nM02X1\nX1Y1\nM25\nX1Y1\nM01\nM02X1\nM08\nM30\n",
+        HEAD + b"M25\nX1Y1\nM01\nM02X1Y1\nM08\nX1Y1\nG91\nX1Y1\nM30\n",
         HEAD + b"X3Y4G82X5Y4\nX9Y9\nX3Y4\nX7\nM30\n",
         HEAD + b"X1Y1\nT0\nG00X9Y9\nG05\nT1\nX5\nX1Y1\nM30\n",
         HEAD[:-3]
@@ -72,6 +73,7 @@ def test_a_hole_whose_line_ends_the_rout_mode_is_a_unit_of_its_own():
         "a path that ends in G91",
         "a block ended by a hit that the next hit leans on",
         "a block behind a hit that ends another",
+        "a step behind a hit behind a block",
         "a hit that leans on the place where a canned cycle stands",
         "a hit that leans on a lone G00",
         "a block that leans on a lone G00",

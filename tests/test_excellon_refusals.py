@@ -82,6 +82,26 @@ def test_missing_files_and_folders(tmp_path):
         read_program(loop)
 
 
+@pytest.mark.parametrize(
+    "line", ["{0}!", "X{0}!", "X1{0}!", "X 1{0}Y{0}!", "X1{1}!", "{2}!", "({1}"]
+)
+def test_no_line_takes_long_to_be_refused(line):
+    """Such lines took longer than any test waits: quadratic, cubic, exponential."""
+    line = line.format(" " * 20_000, "1" * 20_000, "X " * 10_000)
+    with pytest.raises(InputError, match=r":6: "):
+        parse(f"{HEAD}{line}\nM30\n".encode(), "f.drl")
+
+
+def test_a_line_without_end_is_refused_before_it_is_read():
+    with pytest.raises(InputError, match=r":7: the line is longer than 1048576 bytes"):
+        parse(HEAD.encode() + b"T1\n" + b"X1Y1" * 300_000 + b"\nM30\n", "f.drl")
+
+
+def test_notes_on_single_lines_are_few():
+    notes = parse(b"M48\n" + b"NONE,1\n" * 500 + b"METRIC,TZ\nT1C1.\n%\nT1\nX1Y1\nM30\n").notes
+    assert len(notes) == 21 and notes[-1] == "and 480 more lines like these"
+
+
 LONG = "\x81\\'\t" * 2000
 PLACES = [
     *(

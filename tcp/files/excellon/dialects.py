@@ -28,7 +28,7 @@ def recognise(data: bytes, path: Path) -> None:
         Naming the format and what to do about it.
     """
     head = data[:HEAD]
-    if not head.strip():
+    if not head.strip() and not data.strip():
         raise InputError("the file is empty; expected an Excellon drill file", path)
     name = _binary(head) or _textual(head.decode("latin-1"))
     if name:
@@ -62,17 +62,20 @@ def _wide(head: bytes) -> bool:
 
 _REPORTED = re.compile(r"^T(\d+)\s+\S+\s+\([^)]*\)\s+(?:Round|Slot)\s+(\d+)\s", re.M)
 _GCODE = re.compile(
-    r"^\s*(?:N\d+\s*)?(?:G0?[0-3]\b.*Z|G(?:20|21|17|54|81|82|83|73)\b.*(?:Z|$)|Z-?\d)", re.M
+    r"^[ \t]*+(?:N\d++[ \t]*+)?"
+    r"(?:G0?[0-3]\b.*Z|G(?:20|21|17|54|81|82|83|73)\b.*(?:Z|$)|Z-?\d)",
+    re.M,
 )
-_CELLS = (
-    (re.compile(r"^%(?:FS|MO|AD|AM|LP|TF)|^\s*X-?\d+Y-?\d+D0[123]\*", re.M), "is a Gerber file"),
-    (re.compile(r"^(?:IN;|PU|PD|SP\d)[^\n]*;", re.M), "is an HPGL plot"),
-    (re.compile(r"NCDrill File Report|^-{20,}\s*$", re.M), "is a drill report, not a drill file"),
-    (re.compile(r"^\s*\(kicad_pcb\b", re.M), "is a KiCad board"),
-    (re.compile(r"\A%PDF-"), "is a PDF document"),
-    (re.compile(r"^\s*0\s*[\r\n]+\s*SECTION\s*[\r\n]", re.M), "is a DXF drawing"),
-    (re.compile(r"^\s*<(?:\?xml|!DOCTYPE|html)", re.M | re.I), "is an XML or HTML page"),
+_LOOKS = (
+    (r"^%(?:FS|MO|AD|AM|LP|TF)|^[ \t]*+X-?\d++Y-?\d++D0[123]\*", "is a Gerber file"),
+    (r"^(?:IN;|PU|PD|SP\d)[^\n]*;", "is an HPGL plot"),
+    (r"NCDrill File Report|^-{20,}+[ \t\r]*+$", "is a drill report, not a drill file"),
+    (r"^[ \t]*+\(kicad_pcb\b", "is a KiCad board"),
+    (r"\A%PDF-", "is a PDF document"),
+    (r"^[ \t]*+0[ \t]*+\r?\n[ \t]*+SECTION[ \t]*+\r?\n", "is a DXF drawing"),
+    (r"^[ \t]*+<(?i:\?xml|!DOCTYPE|html)", "is an XML or HTML page"),
 )
+_CELLS = [(re.compile(look, re.M), name) for look, name in _LOOKS]
 
 
 def _textual(head: str) -> str | None:
@@ -89,13 +92,13 @@ def looks_excellon(data: bytes) -> bool:
     head = data[:HEAD]
     if _binary(head) or _textual(head.decode("latin-1")):
         return False
-    return bool(re.search(rb"^\s*(M48|%|T\d+|X[-+]?[\d.]+Y)", head, re.M))
+    return bool(re.search(rb"^[ \t]*+(M48|%|T\d+|X[-+]?[\d.]+Y)", head, re.M))
 
 
 def looks_gcode(data: bytes) -> bool:
     """Whether a file has a G-code program's words (Z, plane) and no Excellon header."""
     head = data[:HEAD].decode("latin-1")
-    bare = re.sub(r"\([^)]*\)|;[^\n]*", "", head)
+    bare = re.sub(r"\([^()]*+\)|;[^\n]*+", "", head)
     return "M48" not in head and bool(_GCODE.search(bare))
 
 

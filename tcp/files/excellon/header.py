@@ -16,10 +16,10 @@ _KNOWN = re.compile(
     r"(?:AFS|ATC|BLKD|CCW|CP|DETECT|DN|DTMDIST|EXDA|FMAT|FSB|HBCK|HPCK|ICI|NCSL|OM48|OSTOP|OTCLMP|"
     r"PCKPARAM|PF|PLTMODE|R,|RC?T?,|RSB|SBK|SG|SIXM|TCST|TP|UP|VER|Z[A,C]|(?:XY|YX|/)$|M\d+,|%)"
 )
-_TOOL = re.compile(r"T\d+(?:[A-Z][+-]?[\d.]*)*$")
+_TOOL = re.compile(r"T\d++(?:[A-Z][+-]?[\d.]*+)*+$")
 _WORD = re.compile(r"([A-Z])([+-]?[\d.]*)")
 _HOLESIZE = re.compile(
-    r";\s*(?:T(\d+)\s+)?Holesize\s+(\d+)\.\s*=\s*(\d*\.?\d+)\s+Tolerance\s*=\s*\S+\s+"
+    r";\s*(?:T(\d+)\s+)?Holesize\s+(\d+)\.\s*=\s*(\d++(?:\.\d*+)?|\.\d++)\s+Tolerance\s*=\s*\S+\s+"
     r"(PLATED|NON_PLATED|OPTIONAL)?\s*(MILS|MM|INCH|INCHES|MILLIMETERS)?"
     r"(?:\s+Quantity\s*=\s*(\d{1,9})\b)?"
 )
@@ -46,7 +46,7 @@ def header_line(reader: State, line: str, strict: bool = False) -> None:
         reader.incremental = line == "G91"
     elif line.startswith("FMAT"):
         reader.format_1 = line.endswith("1")
-    elif re.match(r"[XYR]?[XY][+-]?\d", line):
+    elif not strict and re.match(r"[XYR]?[XY][+-]?\d", line):
         reader.refuse("coordinates inside the header; expected % or M95 before them")
     elif not _KNOWN.match(line) and (strict or not re.match(r"[GM]\d+", line)):
         if strict:

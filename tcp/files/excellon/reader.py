@@ -35,21 +35,24 @@ from tcp.files.excellon.program import (
 from tcp.files.excellon.routing import Routing
 from tcp.files.excellon.settings import Hints, Settings
 from tcp.files.excellon.state import NUMBER, ROUT, Words, code_of
-from tcp.files.text import read_bounded
+from tcp.files.text import MAX_LINE, read_bounded
 from tcp.words import shown
 
 _HIT = re.compile(
-    rb"[ \t]*(?:X[ \t]*(" + NUMBER + rb"))?[ \t]*(?:Y[ \t]*(" + NUMBER + rb"))?[ \t]*(?:;.*)?$"
+    rb"[ \t]*+(?:X[ \t]*+(" + NUMBER + rb"))?[ \t]*+(?:Y[ \t]*+(" + NUMBER + rb"))?[ \t]*+(?:;.*)?$"
 )
 _RUN = re.compile(
     rb"(?:(?:X" + NUMBER + rb"(?:Y" + NUMBER + rb")?|Y" + NUMBER + rb")\r?\n){4,65536}+"
 )
-_WORDS = re.compile(rb"(?:[A-Z][ \t]*(?:" + NUMBER + rb")?[ \t]*)+$")
-_WORD = re.compile(rb"([A-Z])[ \t]*(" + NUMBER + rb")?")
+_WORDS = re.compile(rb"(?:[A-Z][ \t]*+(?:" + NUMBER + rb")?[ \t]*+)++$")
+_WORD = re.compile(rb"([A-Z])[ \t]*+(" + NUMBER + rb")?")
 _TEXT = re.compile(rb"M(45|47|97|98),?(.*)$", re.S)
 
 MOST = 20_000_000
 """Most holes of a file, repeats and copies expanded; a few lines could ask for more than memory."""
+
+NOTES = 20
+"""Most notes on single lines; that there are more is one note."""
 
 _MESSAGES_AND_STOPS = {95, 6, 9, 18, 19, 60, 61, 62, 63}
 
@@ -79,7 +82,12 @@ def parse(data: bytes, path: str | Path = "drill file", hints: Hints | None = No
     recognise(data, path)
     sidecar = find_sidecar(path, data, hints.sidecar)
     settings = Settings(path, hints, sidecar)
-    reader = Reader(cut(data), path, settings)
+    document = cut(data)
+    widths = np.diff(document.starts)
+    if widths.max() > MAX_LINE:
+        message = f"the line is longer than {MAX_LINE} bytes; expected one hole a line"
+        raise InputError(message, path, int(widths.argmax()) + 1)
+    reader = Reader(document, path, settings)
     reader.incremental = sidecar is not None and sidecar.incremental
     return reader.run()
 
@@ -321,12 +329,13 @@ class Reader(Routing):
             routes={row: _coarsen(moves, finer) for row, moves in self.routes.items()},
             patterns=self._patterns(rows, finer),
             selections=tuple(self.selections),
-            notes=tuple(self.notes),
+            notes=tuple(self.notes[:NOTES]),
         )
         holes = int(program.times().sum())
         if holes > MOST:
             raise InputError(f"repeats make {holes:,} holes of it; at most {MOST:,}", self.path)
-        return replace(program, notes=(*program.notes, *self._miscounts(program)))
+        more = [f"and {n:,} more lines like these"] if (n := len(self.notes) - NOTES) > 0 else []
+        return replace(program, notes=(*program.notes, *more, *self._miscounts(program)))
 
     def _miscounts(self, program: Program) -> list[str]:
         """Tools that drill another number of holes than comments or a report state."""
@@ -358,9 +367,11 @@ class Reader(Routing):
         """The step-and-repeat blocks, and which of them may move among what."""
         found: list[Pattern] = []
         barrier, loose = self.columns[9], self._loose(rows)
+        steps = bool((rows.mark & Mark.INCREMENTAL).any())  # none may follow a block's open end
         for pattern, (enter, leave, alone) in zip(self.patterns, self.gates, strict=True):
             part = slice(pattern.first, pattern.last)
-            movable = alone and bool(loose[part].all()) and pattern.first < pattern.last
+            movable = alone and not steps and pattern.first < pattern.last
+            movable = movable and bool(loose[part].all())
             if found and found[-1].lines[1] == pattern.lines[0]:
                 movable = False  # its M25 also ends the block before
             before, behind = pattern.first - 1, pattern.last

@@ -28,8 +28,8 @@ from tcp.files.excellon.program import (
 from tcp.files.excellon.settings import Settings
 from tcp.words import listed
 
-NUMBER = rb"[+-]?(?:\d+\.?\d*|\.\d+)"
-"""Digits with an optional point and sign."""
+NUMBER = rb"[+-]?(?:\d++(?:\.\d*+)?|\.\d++)"
+"""Digits with an optional point and sign; possessive, so that no line takes quadratic time."""
 
 DRILL, ROUT = 0, 1
 
