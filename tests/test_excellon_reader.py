@@ -448,7 +448,8 @@ def test_hits_read_at_once_are_those_read_one_by_one(rows, unit):
     lines = [form.format(x, y) if form != "Y{}" else form.format(y) for form, x, y in rows]
     text = f"M48\n{unit}\nT1C.3\n%\nT1\nX000001Y000001\n" + "".join(f"{line}\n" for line in lines)
     results = []
-    for body in (text, text.replace("\n", " \n")):  # a blank behind a hit ends a run
+    blanks = text.replace("Y", "  Y").replace("\n", " \n")
+    for body in (text, blanks, text.replace("\n", "\n ")):  # a blank before a hit ends a run
         try:
             program = parse((body + "M30\n").encode(), "board.drl")
         except InputError as error:
@@ -456,7 +457,7 @@ def test_hits_read_at_once_are_those_read_one_by_one(rows, unit):
             continue
         columns = (program.rows.x1, program.rows.y1, program.rows.mark)
         results.append(([c.tolist() for c in columns], program.step, program.style))
-    assert results[0] == results[1]
+    assert results[0] == results[1] == results[2]
 
 
 def test_a_bad_number_far_down_is_found_in_one_pass():

@@ -1,8 +1,8 @@
 """Runs of plain hits, nearly all of a file, read with arrays instead of strings.
 
-A run is lines of ``X#``, ``Y#`` or ``X#Y#`` and nothing else.  Whatever is
-unusual about its numbers is left to the line by line reader, which knows how
-to say what is wrong and where.
+A run is lines of ``X#``, ``Y#`` or ``X#Y#`` and nothing else but blanks behind
+numbers.  Whatever is unusual about its numbers is left to the line by line
+reader, which knows how to say what is wrong and where.
 """
 
 from __future__ import annotations
@@ -74,7 +74,7 @@ def read_run(run: bytes) -> Run | None:
     text = np.frombuffer(run, dtype=np.uint8)
     letter = (text == ord("X")) | (text == ord("Y"))
     newline = text == 10
-    breaks = np.flatnonzero(letter | newline | (text == 13))
+    breaks = np.flatnonzero(letter | newline | (text == 13) | (text == 32))
     at = np.flatnonzero(letter[breaks])
     start, stop = breaks[at] + 1, breaks[at + 1]
     if int((stop - start).max()) > LONGEST:

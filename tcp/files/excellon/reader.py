@@ -42,7 +42,7 @@ _HIT = re.compile(
     rb"[ \t]*+(?:X[ \t]*+(" + NUMBER + rb"))?[ \t]*+(?:Y[ \t]*+(" + NUMBER + rb"))?[ \t]*+(?:;.*)?$"
 )
 _RUN = re.compile(
-    rb"(?:(?:X" + NUMBER + rb"(?:Y" + NUMBER + rb")?|Y" + NUMBER + rb")\r?\n){4,65536}+"
+    rb"(?:(?:X" + NUMBER + rb" *+(?:Y" + NUMBER + rb")?|Y" + NUMBER + rb") *+\r?\n){4,65536}+"
 )
 _WORDS = re.compile(rb"(?:[A-Z][ \t]*+(?:" + NUMBER + rb")?[ \t]*+)++$")
 _WORD = re.compile(rb"([A-Z])[ \t]*+(" + NUMBER + rb")?")
