@@ -15,6 +15,7 @@ from __future__ import annotations
 
 import re
 from array import array
+from collections import Counter
 from dataclasses import replace
 from decimal import Decimal
 from pathlib import Path
@@ -123,9 +124,9 @@ class _Reader:
                     return
                 words.append((found[1].decode().upper(), found[2]))
                 at = found.end()
-        letters = [letter for letter, _ in words]
-        repeated = {c for c in letters if letters.count(c) > 1 and c not in "GM"}
-        if not set(letters) <= _LETTERS or repeated:
+        letters = Counter(letter for letter, _ in words)
+        repeated = {c for c, times in letters.items() if times > 1 and c not in "GM"}
+        if not letters.keys() <= _LETTERS or repeated:
             self._stubborn(bare)
             return
         self._block(words, bare)
