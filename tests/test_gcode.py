@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import os
 import random
 import re
 import shutil
@@ -543,10 +544,12 @@ def test_steps_without_a_point_stay_without():
 
 
 def interpreted(path: Path, program: str) -> list[tuple[str, ...]]:
-    """Where LinuxCNC's interpreter goes down: the canonical feeds below the surface."""
-    done = subprocess.run(
-        [program, "-g", str(path)], capture_output=True, text=True, timeout=60, check=True
-    )
+    """Where LinuxCNC's interpreter goes down: the canonical feeds below the surface.
+
+    It maps its tool table from a file in the home folder: two at once need two of them.
+    """
+    call, home = [program, "-g", str(path)], {**os.environ, "HOME": str(path.parent)}
+    done = subprocess.run(call, capture_output=True, text=True, timeout=60, check=True, env=home)
     found = re.findall(r"STRAIGHT_FEED\(([-\d.]+), ([-\d.]+), (-[\d.]+)", done.stdout)
     return sorted(found)
 

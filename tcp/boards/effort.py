@@ -39,7 +39,7 @@ PROVER = "branch-and-cut"
 SEEKER = "local-search"
 AS_IS = "file order"
 
-LARGE = 500
+LARGE = 1_000
 """Nodes from which on the route is sought first: a proof in time is less likely there."""
 
 LATE = 10_000

@@ -1,7 +1,7 @@
 """The loop at one node of the tree: solve, separate, price, until nothing helps.
 
-Pricing lowers the objective and cuts raise it, so their histories are kept
-apart: progress is measured afresh after every pricing.  A node is left only
+Pricing lowers the objective and cuts raise it, so progress is what cuts gain:
+what pricing takes away is taken from the history as well.  A node is left only
 when its exact bound closes it, or when all pairs have been priced and cutting
 has stalled on a connected support graph.
 """
@@ -42,11 +42,8 @@ from tcp.travel import Ints
 WINDOW = 8
 """Rounds over which progress is measured."""
 
-TAIL = 0.002
+TAIL = 0.02
 """Cutting stalls when a window of rounds closes less than this part of the gap."""
-
-DEEP_TAIL = 0.01
-"""The same while local cuts are sought: their rounds are dear."""
 
 PRICE_EVERY = 30
 """Rounds after which all pairs are priced even if cutting still helps: bounds on the way."""
@@ -114,6 +111,34 @@ class NodeResult:
 
 
 @dataclass
+class Progress:
+    """What cuts have gained at a node: the objective round by round, pricing left out."""
+
+    values: list[float] = field(default_factory=list)
+    priced: bool = False
+
+    def note(self, value: float) -> None:
+        """The objective of a connected solution, after cutting or after pricing."""
+        if self.priced and self.values:
+            lost = self.values[-1] - value
+            self.values = [v - lost for v in self.values[-1 - WINDOW :]]
+        else:
+            self.values.append(value)
+        self.priced = False
+
+    @property
+    def gained(self) -> float | None:
+        """The gain of the last window of rounds; None before there are as many."""
+        if len(self.values) <= WINDOW:
+            return None
+        return self.values[-1] - self.values[-1 - WINDOW]
+
+    def clear(self) -> None:
+        """Measure afresh."""
+        self.values = []
+
+
+@dataclass
 class Cutter:
     """Everything that cutting at a node needs; lives as long as the search."""
 
@@ -145,7 +170,7 @@ class Cutter:
         """
         self.deep = False
         best: tuple[float, Duals | None, int | None] = (-np.inf, None, None)
-        history: list[float] = []
+        progress = Progress()
         unpriced = 0
         while True:
             answer = self.lp.solve(self.clock.remaining)
@@ -154,14 +179,14 @@ class Cutter:
                 result = self._infeasible(fixings)
                 if result is not None:
                     return result
-                history.clear()
+                progress.clear()
                 continue
             stop = answer is not Answer.OPTIMAL or self.clock.reason() is not None
             support = self._support() if answer is Answer.OPTIMAL else None
             pending = False
             if support is not None and not stop and not self._reached():
                 unpriced += 1
-                pending = self._separate(support, history, deepen)
+                pending = self._separate(support, progress, deepen)
                 if pending and unpriced < PRICE_EVERY:
                     continue
                 self._offer_integral(support)
@@ -181,7 +206,7 @@ class Cutter:
             if stop:
                 return NodeResult(best[1], best[2], stopped=True, stuck=lost)
             if self._admit(found):
-                history.clear()
+                progress.priced = True
             elif not pending:
                 return self._refined(fixings, NodeResult(best[1], best[2]))
 
@@ -233,7 +258,7 @@ class Cutter:
 
     # -- separation ----------------------------------------------------------
 
-    def _separate(self, support: Support, history: list[float], deepen: bool) -> bool:
+    def _separate(self, support: Support, progress: Progress, deepen: bool) -> bool:
         """Add cuts; False if there are none, or if they have stopped to help.
 
         Once templates have stalled, ``deepen`` turns to local cuts as well.
@@ -242,14 +267,14 @@ class Cutter:
         if apart:
             self.pool.add(apart)
             return self._enter(apart)
-        history.append(self.lp.objective)
-        if self._stalled(history):
+        progress.note(self.lp.objective)
+        if self._stalled(progress):
             if self.deep or not deepen:
                 return False
             self.deep = True
-            history.clear()
+            progress.clear()
         if self._price_neighbours():
-            history.clear()
+            progress.priced = True
             return True
         cuts = self.pool.violated(support, 0.05, POOLED_A_ROUND)
         subtours = interval_cuts(support, self.incumbent.tour)
@@ -287,14 +312,10 @@ class Cutter:
                 break
         return found
 
-    def _stalled(self, history: list[float]) -> bool:
-        if len(history) <= WINDOW:
-            return False
-        cost = self.incumbent.cost
-        value = history[-1]
+    def _stalled(self, progress: Progress) -> bool:
+        gained, cost, value = progress.gained, self.incumbent.cost, self.lp.objective
         gap = max(cost - value, 0.0) if cost is not None else abs(value) * 0.01
-        least = DEEP_TAIL if self.deep else TAIL
-        return value - history[-1 - WINDOW] < least * gap
+        return gained is not None and gained < TAIL * gap
 
     def _price_neighbours(self) -> bool:
         """Enter candidate pairs of negative reduced cost, while there are no eliminations."""
