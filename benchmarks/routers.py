@@ -54,13 +54,26 @@ RUNS = RESULTS / "routers.jsonl"
 PAGE = ROOT / "docs" / "routers.md"
 HINTS = ROOT / "tests" / "files" / "board_hints.toml"
 
-BOARDS = (  # the tool with the most holes of each
+BOARDS = (  # the tool with the most holes of each board with more than 500
     "allegro-parallella-MetaModule.drl:1",
     "altium-LimeSDR-QPCIe-round.txt:1",
     "kicad-Thunderscope-5.3.drl:1",
     "kicad-c4puter-motherboard.drl:1",
     "siemens-80101-ThruHolePlated.ncd:1",
     "eagle-axiom-beta-main.xln:1",
+    "altium-AFCv2-round-plated.txt:1",
+    "kicad-Thunderscope-5.2-PTH.drl:1",
+    "allegro-BeagleVAhead-L1-5.drl:1",
+    "altium-LimeSDR-USB-1v4-round.txt:1",
+    "allegro-MinnowMax.drl:1",
+    "allegro-BeagleBoneAI-2019.drl:1",
+    "kicad-ciaa_acc-PTH.drl:1",
+    "altium-Thunderscope-4.1-round.txt:1",
+    "kicad-mnt-reform2-motherboard-PTH.drl:3",
+    "altium-LimeSDR-XTRX-1v1.txt:2",
+    "kicad-DIN41612-backplane.drl:1",
+    "orcad-arena_12-12.drl:1",
+    "pads-Drill.drl:1",
 )
 FILES = ("pcb442", "pbd984", "pcb1173", "dka1376", "pcb3038", "rl5915")
 MADE = ("uniform1000", "clustered1000", "lattice900", "uniform10000")
