@@ -1,0 +1,42 @@
+"""The loop at a node: when cutting has stopped to help."""
+
+from __future__ import annotations
+
+from tcp.exact.branch_and_cut.cutting import WINDOW, Progress
+
+
+def cut(progress: Progress, value: float, rounds: int, gain: float) -> float:
+    for _ in range(rounds):
+        value += gain
+        progress.note(value)
+    return value
+
+
+def test_progress_is_known_after_a_window_of_rounds():
+    progress = Progress()
+    cut(progress, 100.0, WINDOW, 1.0)
+    assert progress.gained is None
+    progress.note(200.0)
+    assert progress.gained == 200.0 - 101.0
+
+
+def test_what_pricing_takes_away_is_no_loss_and_what_it_takes_is_not_gained_again():
+    progress = Progress()
+    value = cut(progress, 100.0, WINDOW + 1, 2.0)
+    for loss in (
+        50.0,
+        0.0,
+        7.0,
+    ):  # priced again and again, between rounds that gain next to nothing
+        value -= loss
+        progress.priced = True
+        progress.note(value)
+        value = cut(progress, value, WINDOW // 2, 0.125)
+    assert progress.gained == 0.125 * WINDOW
+
+
+def test_progress_is_measured_afresh_where_that_is_asked_for():
+    progress = Progress()
+    cut(progress, 0.0, WINDOW + 1, 1.0)
+    progress.clear()
+    assert progress.gained is None
