@@ -104,6 +104,8 @@ USAGE = {
     "speed no number": ["--vx", "fast"],
     "speed over zero": ["--vx", "1/0"],
     "acceleration missing": ["--travel", "trapezoidal"],
+    "acceleration without ramps": ["--travel", "case2", "--ax", "5", "--ay", "5"],
+    "axes of no ramps": ["--axes", "sequential"],
     "zero acceleration": ["--travel", "trapezoidal", "--ax", "0", "--ay", "1"],
     "zero quantum": ["--quantum", "0"],
     "home no point": ["--home", "here"],

@@ -151,6 +151,12 @@ class Problem:
         if self.rounding is not None:
             given["rounding"] = Rounding(self.rounding)
         if base is not None:
+            model = base.model
+        if model is not Model.TRAPEZOIDAL and given.keys() & {"ax", "ay", "axes"}:
+            raise UsageError(
+                "--ax, --ay and --axes are for trapezoidal travel; give --travel trapezoidal"
+            )
+        if base is not None:
             return replace(base, **given)
         return Travel(model or Model.SEQUENTIAL, **given)
 
