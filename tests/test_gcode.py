@@ -604,3 +604,16 @@ def test_places_behind_a_line_that_is_not_understood_are_said_to_be_left_out():
     assert program.notes[0].endswith("of T1 is kept, and not all of its places are counted")
     program = program_of(text.format("M99\nG81 Y1 X60 Z-1 R2"))
     assert drilled(program) == [(1, 5)] and program.notes[0].endswith("of T1 is kept")
+
+
+def test_a_rapid_to_nowhere_may_come_to_lead_to_a_hole():
+    text = "G21 G90\nT1 M6\nG0 X9 Y0\nG81 X1 Y0 Z-1 R2 F9\nX5\nX9\nG80\nM2\n"
+    program = program_of(text)
+    assert program.rows.kind.tolist() == [Kind.PASS, *[Kind.HIT] * 3]
+    for turns in itertools.permutations((1, 2, 3)):
+        data = reorder(program, {1: [Turn(row) for row in turns]})
+        compare(program, parse(data, "board.ngc"))
+    board = optimise(program, FAST)
+    assert [x for _, x, _ in holes(board.after)] == [9, 5, 1]
+    with pytest.raises(LostError, match="rapid of line 3"):
+        compare(program, program_of(text.replace("G0 X9 Y0", "G0 X8 Y0")))

@@ -14,7 +14,7 @@ from collections import Counter
 
 from tcp.errors import UsageError
 from tcp.files.excellon.guard import LostError
-from tcp.files.excellon.program import Place, Program
+from tcp.files.excellon.program import Kind, Place, Program
 from tcp.files.excellon.rewrite import Orders
 from tcp.files.gcode.program import GProgram, named
 
@@ -111,6 +111,9 @@ def compare(before: Program, after: Program, *, text: str = "same") -> None:
             f"{before.path}: re-ordering changed the hole of T{first[0]} at {first[1:3]} "
             f"({lost.total()} lost, {more.total()} gained)"
         )
+    astray = _astray(before, after)
+    if astray is not None:
+        raise LostError(f"{before.path}: re-ordering led the rapid of line {astray + 1} astray")
     if text == "same" and _skeleton(before) != _skeleton(after):
         raise LostError(f"{before.path}: writing changed something else than X and Y")
 
@@ -120,10 +123,28 @@ def _holes(program: GProgram) -> Counter[tuple[int, int, int, str]]:
     scale = int(10**9 * program.step / program.units.in_mm)
     return Counter(
         (tool, x * scale, y * scale, key)
-        for tool, x, y, key in zip(
-            rows.tool.tolist(), rows.x1.tolist(), rows.y1.tolist(), program.keys, strict=True
+        for tool, x, y, key, kind in zip(
+            rows.tool.tolist(),
+            rows.x1.tolist(),
+            rows.y1.tolist(),
+            program.keys,
+            rows.kind.tolist(),
+            strict=True,
         )
+        if kind != Kind.PASS
     )
+
+
+def _astray(before: GProgram, after: GProgram) -> int | None:
+    """A line whose rapid led to a hole and no more does, or led to nowhere and now elsewhere.
+
+    A rapid to nowhere that stays may come to stand before a hole at its place.
+    """
+    rows = before.rows
+    for line in rows.first[rows.kind == Kind.PASS].tolist():
+        if after.moves[line].place != before.moves[line].place:
+            return int(line)
+    return min(before.approaches.keys() - after.approaches.keys(), default=None)
 
 
 def _skeleton(program: GProgram) -> list[bytes]:
