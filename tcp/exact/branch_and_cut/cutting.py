@@ -42,8 +42,11 @@ from tcp.travel import Ints
 WINDOW = 8
 """Rounds over which progress is measured."""
 
-TAIL = 0.02
+TAIL, LONG_TAIL = 0.02, 0.002
 """Cutting stalls when a window of rounds closes less than this part of the gap."""
+
+LARGE = 1_000
+"""Nodes above which the tail is long: a branch closes next to nothing of a large board's gap."""
 
 PRICE_EVERY = 30
 """Rounds after which all pairs are priced even if cutting still helps: bounds on the way."""
@@ -315,7 +318,8 @@ class Cutter:
     def _stalled(self, progress: Progress) -> bool:
         gained, cost, value = progress.gained, self.incumbent.cost, self.lp.objective
         gap = max(cost - value, 0.0) if cost is not None else abs(value) * 0.01
-        return gained is not None and gained < TAIL * gap
+        least = TAIL if self.problem.size <= LARGE else LONG_TAIL
+        return gained is not None and gained < least * gap
 
     def _price_neighbours(self) -> bool:
         """Enter candidate pairs of negative reduced cost, while there are no eliminations."""
