@@ -29,6 +29,11 @@ FOUND = {
     "a command behind G90": HEAD + b"X1Y1\nG90M48\nX2Y2\nM30\n",
     "a damaged line that begins with a G-code": HEAD + b"X1Y1\nG00X1X*Y1i\nX2Y2\nM30\n",
     "an optional hole": HEAD + b"X1Y1\n/X2Y2\nM30\n",
+    "a repeat inside a path": HEAD + b"X1Y1\nX2\nG02Y3\nR2Y2\nG01X5\nM16\nG05\nT00\nM30\n",
+    "a slot without its first end": HEAD + b"X1Y0G85X2Y2\nG05G85X2Y5\nM30\n",
+    "a pattern without its end before the next": (
+        HEAD + b"M25\nX3Y4\nM25\nX3Y4\nM01\nM02X5M70\nM08\nX0Y5\nM30\n"
+    ),
     "huge G-code": HEAD + b"G49999999999999999999\nX1Y1\nM30\n",
 }
 

@@ -297,10 +297,13 @@ class Cutter:
         return self.lp.add_cuts(cuts) > 0
 
     def _combs(self, support: Support) -> list[Cut]:
-        handles = fractional_handles(support)
-        for cut, slack in zip(self.lp.cuts, self.lp.slack.tolist(), strict=True):
-            if cut.comb and slack < KNOWN:
-                handles.append(cut.sets[0].astype(np.int64))
+        fresh = fractional_handles(support)
+        known = (
+            cut.sets[0].astype(np.int64)
+            for cut, slack in zip(self.lp.cuts, self.lp.slack.tolist(), strict=True)
+            if cut.comb and slack < KNOWN
+        )
+        handles = list({nodes.tobytes(): nodes for nodes in (*fresh, *known)}.values())
         found = comb_cuts(support, self.incumbent.tour, handles, self.threads)
         if len(found) < FEW_COMBS:
             other = joined(support, self.incumbent.tour)

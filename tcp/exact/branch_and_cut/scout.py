@@ -15,8 +15,10 @@ from tcp.fleet import threads
 from tcp.heuristics.local_search import improve
 from tcp.stop import Clock, Stop
 
-KICKS = 120
-"""Kicks per node: a better route saves branches."""
+PART = 20
+"""Kicks are this part of the nodes' square: about what fits beside the first node's linear
+programmes, whose time grows as fast; to wait for more of them costs more than a better route saves.
+"""
 
 MOST_KICKS = 300_000
 """Most kicks, however large the instance."""
@@ -47,7 +49,7 @@ class Scout:
             self.incumbent.tour.tolist(),
             rng=self.rng,
             clock=self.clock,
-            kicks=min(KICKS * self.problem.size, MOST_KICKS),
+            kicks=min(self.problem.size**2 // PART, MOST_KICKS),
             workers=1,
         )
         if threads(2) > 1:

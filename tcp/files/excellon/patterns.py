@@ -26,7 +26,7 @@ class Patterns(State):
             return
         row = len(self.columns[0]) - 1
         last_hit = row >= 0 and self.columns[0][row] == Kind.HIT
-        if not last_hit or self.columns[9][row] != self.barrier:
+        if not last_hit or self.columns[9][row] != self.barrier or self.open:
             self.refuse("R repeats a hit, but no hit stands before it")
         if not found.keys() <= {"R", "X", "Y"} or not 2 <= len(found) == len(words):
             self.refuse("R needs a count and a step in X or Y")
@@ -54,8 +54,11 @@ class Patterns(State):
         here = len(self.columns[0])
         if code == 25:
             if self.pattern_from is not None:
+                if self.pattern_named:
+                    self._unended()
                 self._barrier()  # the hits before, in an open pattern, are no neighbours
             self._close_pattern()
+            self.pattern_named = True
             self.pattern_codes, self.pattern_enter = 1, self.barrier - 1
             self.pattern_from, self.pattern_line = here, self.at
             self.pattern = None
@@ -72,6 +75,10 @@ class Patterns(State):
             self._copy(rest)
         elif self.pattern is None:
             self.refuse("M02 repeats a pattern, but none is complete; expected M25 ... M01 before")
+
+    def _unended(self) -> None:
+        self.at = self.pattern_line
+        self.refuse("the pattern that begins here has no end (M01)")
 
     def _copy(self, rest: Words) -> None:
         if self.pattern is None:

@@ -301,8 +301,7 @@ class Reader(Routing):
                 self.refuse("ends without M30, so it may be cut off; add M30 or pass --unfinished")
             self._flush_open()
         if self.pattern_from is not None:
-            self.at = self.pattern_line
-            self.refuse("the pattern that M25 begins has no end (M01)")
+            self._unended()
         self._close_pattern()
         if not len(self.columns[0]):
             raise InputError("holds no coordinates; expected holes to drill", self.path)

@@ -102,6 +102,8 @@ class Routing(Patterns):
         at = [letter for letter, _ in words].index("G")
         code = code_of(words[at][1])
         start, end = dict(words[:at]), dict(words[at + 1 :])
+        if not start:
+            self.refuse(f"G{code} without the place where it begins; expected X#Y#G{code}X#Y#")
         twice = len(start) + len(end) < len(words) - 1
         if code not in (82, 83, 84, 85, 87) or not start.keys() | end.keys() <= {"X", "Y"} or twice:
             self.refuse(f"G{code:02d} behind coordinates is not understood; expected G85")

@@ -69,6 +69,7 @@ class State:
         self.patterns: list[Pattern] = []
         self.pattern_from: int | None = None
         self.pattern_line = 0
+        self.pattern_named = False
         self.pattern: tuple[int, int] | None = None
         self.pattern_codes = self.pattern_enter = 0
         self.gates: list[tuple[int, int, bool]] = []
@@ -124,6 +125,7 @@ class State:
         if self.pattern is not None and self.pattern_from is None:
             self._close_pattern()
             self.pattern_from, self.pattern_line = len(self.columns[0]), self.at
+            self.pattern_named = False
         if self.incremental:
             mark |= Mark.INCREMENTAL
         assert self.tool is not None
