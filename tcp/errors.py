@@ -76,3 +76,8 @@ class ProofError(TcpError):
     """A proof was asked for and not reached within the limits."""
 
     exit_code = Exit.NO_PROOF
+
+
+def system_reason(error: OSError) -> str:
+    """Why the system refused, in its own words, to stand behind a colon."""
+    return (error.strerror or str(error)).lower()

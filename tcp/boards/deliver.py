@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from tcp.boards.board import Board
-from tcp.errors import InputError, OutputError, UsageError
+from tcp.errors import InputError, OutputError, UsageError, system_reason
 from tcp.files.drilling import compare, reparse
 from tcp.files.excellon.dialects import HEAD, looks_excellon, looks_gcode
 from tcp.files.excellon.settings import Hints
@@ -133,7 +133,7 @@ def collect(given: Sequence[Path]) -> tuple[list[Path], list[InputError]]:
         except InputError as error:
             errors.append(error)
         except OSError as error:
-            errors.append(InputError(f"cannot be read: {(error.strerror or '').lower()}", path))
+            errors.append(InputError(f"cannot be read: {system_reason(error)}", path))
     return list(dict.fromkeys(found)), errors
 
 
@@ -154,7 +154,7 @@ def _inside(folder: Path) -> Iterable[Path]:
     try:
         files = sorted(p for p in folder.iterdir() if p.is_file())
     except OSError as error:
-        raise InputError(f"cannot be listed: {(error.strerror or '').lower()}", folder) from None
+        raise InputError(f"cannot be listed: {system_reason(error)}", folder) from None
     boards = [p for p in files if MARK not in p.stem and _is_board(p)]
     if not boards:
         raise InputError("holds no drill file", folder)

@@ -9,7 +9,7 @@ from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
-from tcp.errors import InputError, TcpError, UsageError
+from tcp.errors import InputError, TcpError, UsageError, system_reason
 from tcp.travel import Model, Rounding, Travel, parse_model
 from tcp.workpiece import exact_decimal
 
@@ -68,9 +68,7 @@ def read_machine(path: str | Path) -> Machine:
         with path.open("rb") as file:
             data = tomllib.load(file, parse_float=str)
     except OSError as error:
-        raise InputError(
-            f"cannot be read: {(error.strerror or str(error)).lower()}", path
-        ) from None
+        raise InputError(f"cannot be read: {system_reason(error)}", path) from None
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         raise InputError(f"is no TOML file: {error}", path) from None
     _known(data, KEYS, "the profile", path)

@@ -135,9 +135,8 @@ def _solve_inside(
 ) -> list[Solved]:
     """Solve what is inside step-and-repeat blocks that move as units."""
     runs = free_runs(program, locked_parts(program, wishes), 0)
-    blocks = [
-        p for p in program.patterns if p.movable and p.first >= rows_in_front(program, wishes)
-    ]
+    front = rows_in_front(program, wishes)
+    blocks = [p for p in program.patterns if p.movable and p.first >= front]
     inner = [run for run in runs if any(b.first <= run[0] < b.last for b in blocks)]
     return _solve_runs(program, inner, replace(wishes, certificates=None), news, clock)
 

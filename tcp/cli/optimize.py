@@ -22,7 +22,7 @@ from tcp.boards.optimise import News, optimise
 from tcp.cli.main import complain
 from tcp.cli.options import READ, fleet_options, number, point
 from tcp.cli.terminal import check_folder, check_outputs, on_terminal, output_path, tell
-from tcp.errors import Exit, OutputError, TcpError, UsageError
+from tcp.errors import Exit, OutputError, TcpError, UsageError, system_reason
 from tcp.files.drilling import read_drilling
 from tcp.files.excellon import Hints, Program, hints, oddities
 from tcp.files.write import write_file
@@ -426,7 +426,7 @@ def _folder(path: Path | None) -> Path | None:
         try:
             path.mkdir(parents=True, exist_ok=True)
         except OSError as error:
-            raise OutputError(f"cannot make {path}: {(error.strerror or '').lower()}") from None
+            raise OutputError(f"cannot make {path}: {system_reason(error)}") from None
     return path
 
 

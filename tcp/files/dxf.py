@@ -7,7 +7,7 @@ from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
-from tcp.errors import InputError, UsageError
+from tcp.errors import InputError, UsageError, system_reason
 from tcp.files.layered import STEP, Drill, reading
 from tcp.files.reading import Reading
 
@@ -35,8 +35,7 @@ def read(path: Path, *, units: str | None = None, tool: str | int | None = None)
     except OSError as error:
         if error.errno is None:  # how ezdxf says it
             raise InputError("is no DXF drawing", path) from None
-        reason = (error.strerror or str(error)).lower()
-        raise InputError(f"cannot be read: {reason}", path) from None
+        raise InputError(f"cannot be read: {system_reason(error)}", path) from None
     except Exception as error:  # ezdxf's parser raises whatever it stumbles over
         reason = " ".join(str(error).split())[:200] or "it may be cut off"
         raise InputError(f"is no DXF drawing: {reason}", path) from None

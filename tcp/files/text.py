@@ -5,7 +5,7 @@ from __future__ import annotations
 import codecs
 from pathlib import Path
 
-from tcp.errors import InputError
+from tcp.errors import InputError, system_reason
 
 MAX_BYTES = 512 * 2**20
 """A larger file is refused: 20 million rows of CSV fit."""
@@ -54,8 +54,7 @@ def read_bounded(path: Path) -> bytes:
         with path.open("rb") as file:
             data = file.read(MAX_BYTES + 1)
     except OSError as error:
-        reason = (error.strerror or str(error)).lower()
-        raise InputError(f"cannot be read: {reason}", path) from None
+        raise InputError(f"cannot be read: {system_reason(error)}", path) from None
     if len(data) > MAX_BYTES:
         raise InputError(f"the file is larger than {MAX_BYTES // 2**20} MiB", path)
     return data

@@ -7,7 +7,7 @@ import tempfile
 from collections.abc import Callable
 from pathlib import Path
 
-from tcp.errors import OutputError
+from tcp.errors import OutputError, system_reason
 
 
 def write_file(
@@ -31,8 +31,7 @@ def write_file(
         else:
             _replace(real_path(path), data, check)
     except OSError as error:
-        reason = (error.strerror or str(error)).lower()
-        raise OutputError(f"cannot write {path}: {reason}") from None
+        raise OutputError(f"cannot write {path}: {system_reason(error)}") from None
 
 
 def real_path(path: Path) -> Path:

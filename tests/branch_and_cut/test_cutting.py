@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from tcp.exact.branch_and_cut.cutting import WINDOW, Progress
+from tcp.exact.branch_and_cut.cutting import WINDOW, Gains
 
 
-def cut(progress: Progress, value: float, rounds: int, gain: float) -> float:
+def cut(progress: Gains, value: float, rounds: int, gain: float) -> float:
     for _ in range(rounds):
         value += gain
         progress.note(value)
@@ -13,7 +13,7 @@ def cut(progress: Progress, value: float, rounds: int, gain: float) -> float:
 
 
 def test_progress_is_known_after_a_window_of_rounds():
-    progress = Progress()
+    progress = Gains()
     cut(progress, 100.0, WINDOW, 1.0)
     assert progress.gained is None
     progress.note(200.0)
@@ -21,7 +21,7 @@ def test_progress_is_known_after_a_window_of_rounds():
 
 
 def test_what_pricing_takes_away_is_no_loss_and_what_it_takes_is_not_gained_again():
-    progress = Progress()
+    progress = Gains()
     value = cut(progress, 100.0, WINDOW + 1, 2.0)
     for loss in (
         50.0,
@@ -36,7 +36,7 @@ def test_what_pricing_takes_away_is_no_loss_and_what_it_takes_is_not_gained_agai
 
 
 def test_progress_is_measured_afresh_where_that_is_asked_for():
-    progress = Progress()
+    progress = Gains()
     cut(progress, 0.0, WINDOW + 1, 1.0)
     progress.clear()
     assert progress.gained is None

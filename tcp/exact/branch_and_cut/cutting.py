@@ -114,7 +114,7 @@ class NodeResult:
 
 
 @dataclass
-class Progress:
+class Gains:
     """What cuts have gained at a node: the objective round by round, pricing left out."""
 
     values: list[float] = field(default_factory=list)
@@ -173,7 +173,7 @@ class Cutter:
         """
         self.deep = False
         best: tuple[float, Duals | None, int | None] = (-np.inf, None, None)
-        progress = Progress()
+        progress = Gains()
         unpriced = 0
         while True:
             answer = self.lp.solve(self.clock.remaining)
@@ -261,7 +261,7 @@ class Cutter:
 
     # -- separation ----------------------------------------------------------
 
-    def _separate(self, support: Support, progress: Progress, deepen: bool) -> bool:
+    def _separate(self, support: Support, progress: Gains, deepen: bool) -> bool:
         """Add cuts; False if there are none, or if they have stopped to help.
 
         Once templates have stalled, ``deepen`` turns to local cuts as well.
@@ -318,7 +318,7 @@ class Cutter:
                 break
         return found
 
-    def _stalled(self, progress: Progress) -> bool:
+    def _stalled(self, progress: Gains) -> bool:
         gained, cost, value = progress.gained, self.incumbent.cost, self.lp.objective
         gap = max(cost - value, 0.0) if cost is not None else abs(value) * 0.01
         least = TAIL if self.problem.size <= LARGE else LONG_TAIL

@@ -11,7 +11,7 @@ import re
 from collections import Counter
 from pathlib import Path
 
-from tcp.errors import InputError
+from tcp.errors import InputError, system_reason
 from tcp.files.excellon.numbers import Digits, Units, Zeros
 from tcp.files.excellon.settings import Sidecar
 
@@ -124,8 +124,7 @@ def _text(path: Path) -> str:
         with path.open("rb") as file:
             return file.read(HEAD).decode("latin-1")
     except OSError as error:
-        reason = (error.strerror or str(error)).lower()
-        raise InputError(f"the sidecar cannot be read: {reason}", path) from None
+        raise InputError(f"the sidecar cannot be read: {system_reason(error)}", path) from None
 
 
 def read_sidecar(path: Path) -> Sidecar:

@@ -17,7 +17,6 @@ import numpy as np
 from tcp.errors import TcpError
 from tcp.files.excellon.blocks import folded
 from tcp.files.excellon.document import Ints
-from tcp.files.excellon.numbers import PLACES
 from tcp.files.excellon.program import Copy, Kind, Mark, Motion, Program, repeated
 
 
@@ -67,13 +66,8 @@ def work(program: Program) -> Ints:
     resolution compare.
     """
     table = np.stack([c.astype(np.int64) for c in _table(program)], axis=1)
-    table[:, 2:] *= _finer(program)
+    table[:, 2:] *= program.finer
     return table[np.lexsort(table.T[::-1])]
-
-
-def _finer(program: Program) -> int:
-    """Units of ``10**-PLACES`` to one of a file's own."""
-    return int(10**PLACES * program.step / program.units.in_mm)
 
 
 def _same_work(before: Program, after: Program) -> bool:
@@ -174,7 +168,7 @@ def _difference(before: Program, after: Program) -> tuple[list[str], list[str]]:
 
 def paths(program: Program) -> Counter[tuple[int, tuple[Motion, ...]]]:
     """Routed paths and canned cycles by tool, each as its moves; straight ones by their ends."""
-    rows, found, finer = program.rows, Counter[tuple[int, tuple[Motion, ...]]](), _finer(program)
+    rows, found, finer = program.rows, Counter[tuple[int, tuple[Motion, ...]]](), program.finer
     for row, moves in program.routes.items():
         bare = tuple(
             Motion(m.code, m.x * finer, m.y * finer, tuple((k, v * finer) for k, v in m.arc))

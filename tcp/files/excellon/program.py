@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tcp.files.excellon.document import Document, Ints
-from tcp.files.excellon.numbers import Style, Units
+from tcp.files.excellon.numbers import PLACES, Style, Units
 
 Place = tuple[int, int]
 Ints32 = NDArray[np.int32]
@@ -220,6 +220,11 @@ class Program:
     jumps: Mapping[int, Place | None] = field(default_factory=dict)
     notes: tuple[str, ...] = field(default=())
     weights: Mapping[int, int] = field(default_factory=dict)
+
+    @property
+    def finer(self) -> int:
+        """Units of ``10**-PLACES`` to one of the file's own: files of any resolution compare."""
+        return int(10**PLACES * self.step / self.units.in_mm)
 
     @property
     def hits(self) -> int:

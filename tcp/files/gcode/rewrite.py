@@ -119,10 +119,9 @@ def compare(before: Program, after: Program, *, text: str = "same") -> None:
 
 
 def _holes(program: GProgram) -> Counter[tuple[int, int, int, str]]:
-    rows = program.rows
-    scale = int(10**9 * program.step / program.units.in_mm)
+    rows, finer = program.rows, program.finer
     return Counter(
-        (tool, x * scale, y * scale, key)
+        (tool, x * finer, y * finer, key)
         for tool, x, y, key, kind in zip(
             rows.tool.tolist(),
             rows.x1.tolist(),
