@@ -263,8 +263,8 @@ def edges_of(tour):
 
 
 @settings(max_examples=40, deadline=None)
-@given(st.integers(8, 120), st.integers(0, 2**32), st.sampled_from(ENDS))
-def test_a_child_is_a_better_tour_that_keeps_what_its_parents_agree_on(n, seed, ends):
+@given(st.integers(8, 120), st.integers(0, 2**32), st.sampled_from(ENDS), st.floats(0, 1))
+def test_a_child_is_a_better_tour_that_keeps_what_its_parents_agree_on(n, seed, ends, share):
     rules = Rules(together=((0, 7), (1, 2)), forbidden=((3, 4),))
     form = Instance(scattered(n, seed, side=50), ends=ends, rules=rules).form
     ground, rng = survey(form), np.random.default_rng(seed)
@@ -275,13 +275,35 @@ def test_a_child_is_a_better_tour_that_keeps_what_its_parents_agree_on(n, seed, 
     for _ in range(5):
         child[:] = order
         cycles = ab_cycles(a.order, a.pos, b.order, b.pos, random)
-        gain = mate(ground.costs, ground.near, a.order, a.pos, *cycles, child, counts, 2)
+        gain = mate(ground.costs, ground.near, a.order, a.pos, *cycles, child, counts, 2, share)
         assert gain >= 0
         assert sorted(child.tolist()) == list(range(form.size))
         assert length(ground.costs, child) == length(ground.costs, order) - gain
         assert set(form.forced) <= edges_of(ground.label[child].tolist())
         if gain == 0:
             assert np.array_equal(child, order)
+
+
+@pytest.mark.parametrize(
+    ("swaps", "share", "count"), [(1, 0.1, 1), (8, 0.0, 1), (8, 0.3, 3), (9, 1.0, 9)]
+)
+def test_a_child_takes_the_best_share_of_what_makes_a_tour_shorter(swaps, share, count):
+    steps = np.full(5 * swaps, 10)
+    steps[3::5] = worth = 20 + np.random.default_rng(swaps).permutation(swaps)
+    x = np.cumsum(steps)
+    piece = Workpiece("line", tuple(map(str, range(x.size))), x, np.zeros_like(x))
+    ground = survey(Instance(piece, ends=Ends(closed=True)).form)
+    straight = np.argsort(ground.xy[:, 0]).astype(np.int32)
+    bent = straight.copy()
+    bent[2::5], bent[3::5] = straight[3::5], straight[2::5]
+    a, b, child = new_tour(bent), new_tour(straight), bent.copy()
+    cycles, starts = ab_cycles(a.order, a.pos, b.order, b.pos, np.array([1], np.uint64))
+    assert starts.size - 1 == swaps
+    counts = census(np.array([bent, straight]))
+    gain = mate(ground.costs, ground.near, a.order, a.pos, cycles, starts, child, counts, 2, share)
+    assert gain == length(ground.costs, bent) - length(ground.costs, child)
+    taken = sorted(worth)[-count:]
+    assert gain * (x[-1] - x[0]) == 2 * sum(taken) * np.ptp(ground.xy[:, 0])
 
 
 def test_the_census_counts_neighbours():
@@ -297,15 +319,16 @@ def test_ab_cycles_alternate_and_cover_the_difference():
     for n in (5, 8, 30):
         a, b = (new_tour(rng.permutation(n).astype(np.int32)) for _ in range(2))
         random = np.array([n], np.uint64)
-        nodes, starts = ab_cycles(a.order, a.pos, b.order, b.pos, random)
+        cycles, starts = ab_cycles(a.order, a.pos, b.order, b.pos, random)
         only_a, only_b = edges_of(a.order.tolist()), edges_of(b.order.tolist())
         only_a, only_b = only_a - only_b, only_b - only_a
         seen = ([], [])
         for low, high in itertools.pairwise(starts):
-            cycle = nodes[low:high].tolist()
+            cycle = cycles[low:high].tolist()
             assert len(cycle) % 2 == 0
-            for i, pair in enumerate(itertools.pairwise([*cycle, cycle[0]])):
-                seen[i % 2].append((min(pair), max(pair)))
+            for i, (edge, onward) in enumerate(itertools.pairwise([*cycle, cycle[0]])):
+                assert edge[1] == onward[0]
+                seen[i % 2].append((min(edge), max(edge)))
         assert sorted(seen[0]) == sorted(only_a) and sorted(seen[1]) == sorted(only_b)
 
 

@@ -46,7 +46,7 @@ FEW, MANY = 8, 300
 ROOM = 8_000_000
 """Most nodes of all members together."""
 
-RAISING = 0.75
+RAISING = 0.8
 """Share of the time left that goes into raising a population; the rest is for breeding."""
 
 PROBE = 300
@@ -168,7 +168,7 @@ class Search:
             begin, heat = begin + share, heat / 3
             if self.clock.interrupted:
                 return
-            merged = Population(self.ground, [(s.best, s.best_cost) for s in streams])
+            merged = Population(self.ground, [(s.best, s.best_cost) for s in streams], greed=1.0)
             merged.breed(self.rng, pool, self.clock, partial(self._offer, note="merge"))
             for stream in streams:
                 stream.restart(self.best, self.cost)

@@ -2,12 +2,14 @@
 
 The edges that only one of two tours A and B has form cycles that take an edge
 of A and one of B in turn (AB-cycles; Nagata and Kobayashi 2013).  Exchanging
-along one of them turns A into a tour or into several, which are joined by the
-best exchanges of two edges, smallest first.  That is the local form of EAX
-("single": one cycle a child).  Of the children that are shorter than A the one
-is kept that loses least of the population's diversity for what it gains
-(entropy; equation 6 there).  O(n) for the cycles of a pair, and for a child of
-k exchanges O(k log k) and the size of the tours that have to be joined.
+along some of them turns A into a tour or into several, which are joined by the
+best exchanges of two edges, smallest first.  A cycle that makes A shorter by
+itself ("single", the local form of EAX) is ranked by what it gains for what the
+population loses of its diversity (entropy; equation 6 there), and the child
+takes a share of them at once, the best.  One cycle a child would keep most
+diversity, but where tours differ in many places, breeding would take as many
+generations.  O(n) for the cycles of a pair, and for a child of k exchanges
+O(k log k), the size of the tours that have to be joined and O(k) for each.
 """
 
 from __future__ import annotations
@@ -31,56 +33,68 @@ def mate(
     near: Any,
     order: Any,
     pos: Any,
-    nodes: Any,
+    cycles: Any,
     starts: Any,
     child: Any,
     counts: Any,
     members: int,
+    greed: float,
 ) -> int:
-    """Write the best child of a tour along one of its AB-cycles to ``child``; returns its gain.
+    """Write a better child of a tour along some AB-cycles to ``child``; returns its gain.
 
-    A gain of 0 leaves ``child`` as it is: no child is better.  ``nodes`` and
+    A gain of 0 leaves ``child`` as it is: no cycle makes it shorter.  ``cycles`` and
     ``starts`` are what :func:`ab_cycles` says of the tour and another, ``counts``
-    what :func:`census` says of a population of ``members`` tours.
+    what :func:`census` says of a population of ``members`` tours, ``greed`` how
+    many of the cycles that make it shorter are taken, from 0 (the best one) to 1.
     """
     n = order.size
-    count = starts.size - 1
-    if count == 0:
-        return np.int64(0)
     link = np.empty((n, 2), np.int32)
     for p in range(n):
         link[order[p], 0] = order[p - 1 if p else n - 1]
         link[order[p], 1] = order[p + 1 if p + 1 < n else 0]
-    most = np.int64(0)
-    for c in range(count):
-        most = max(most, starts[c + 1] - starts[c])
-    parts = np.empty((3, most), np.int64)
-    room = np.empty((3 * most, 3), np.int32)
-    chosen, size = np.empty_like(room), 0
-    best, best_value = np.int64(0), 0.0
-    for c in range(count):
-        cycle = nodes[starts[c] : starts[c + 1]]
+    parts = np.empty((3, cycles.shape[0] // 2), np.int64)
+    room = np.empty((3 * cycles.shape[0], 3), np.int32)
+    better, rank = np.empty(starts.size, np.int64), np.empty(starts.size)
+    gains, found = np.empty(starts.size, np.int64), 0
+    for c in range(starts.size - 1):
+        cycle = cycles[starts[c] : starts[c + 1]]
         gain, used = assemble(costs, near, order, pos, link, cycle, parts, room)
         lost = restore(order, pos, link, room, used, counts, members)
-        if gain > 0 and gain / max(lost, 1e-6) > best_value:
-            best, best_value = gain, gain / max(lost, 1e-6)
-            chosen, room, size = room, chosen, used
-    if best > 0:
-        for i in range(size):
-            link[chosen[i, 0], 0], link[chosen[i, 0], 1] = chosen[i, 1], chosen[i, 2]
-        last, v = link[0, 0], np.int32(0)
-        for p in range(n):
-            child[p] = v
-            last, v = v, (link[v, 0] if link[v, 0] != last else link[v, 1])
-    return best
+        if gain > 0:
+            gains[c], better[found], rank[found] = gain, c, -gain / max(lost, 1e-6)
+            found += 1
+    sort(rank[:found], better[:found])
+    taken, take = np.empty_like(cycles), min(found, max(1, math.ceil(greed * found)))
+    while take > 0:
+        size = 0
+        for i in range(take):
+            for k in range(starts[better[i]], starts[better[i] + 1]):
+                taken[size, 0], taken[size, 1] = cycles[k, 0], cycles[k, 1]
+                size += 1
+        gain, used = assemble(costs, near, order, pos, link, taken[:size], parts, room)
+        if gain >= gains[better[0]]:
+            write_tour(link, child)
+            return gain
+        restore(order, pos, link, room, used, counts, members)
+        take //= 2  # they get in each other's way
+    return np.int64(0)
+
+
+@inner
+def write_tour(link: Any, order: Any) -> None:
+    """Write the tour that ``link`` describes."""
+    last, v = link[0, 0], np.int32(0)
+    for p in range(order.size):
+        order[p] = v
+        last, v = v, (link[v, 0] if link[v, 0] != last else link[v, 1])
 
 
 @compiled
 def ab_cycles(order: Any, pos: Any, other: Any, other_pos: Any, random: Any) -> Any:
-    """All AB-cycles, at random where there is a choice: their nodes, and where each starts.
+    """All AB-cycles, at random where there is a choice: their edges, and where each starts.
 
-    Within a cycle the edges node 0 - node 1, node 2 - node 3 ... belong to
-    ``order`` alone, the ones between to ``other`` alone.
+    The edges belong to ``order`` alone and to ``other`` alone in turn, an even
+    number to a cycle, and each begins where the one before it ends.
     """
     n = order.size
     links = np.empty((2, n, 2), np.int32)  # edges that only one of them has
@@ -127,7 +141,12 @@ def ab_cycles(order: Any, pos: Any, other: Any, other_pos: Any, random: Any) -> 
             found += 1
             starts[found] = used
             size = first
-    return nodes, starts[: found + 1]
+    cycles = np.empty((used, 2), np.int32)
+    for c in range(found):
+        for k in range(starts[c], starts[c + 1]):
+            onward = k + 1 if k + 1 < starts[c + 1] else starts[c]
+            cycles[k, 0], cycles[k, 1] = nodes[k], nodes[onward]
+    return cycles, starts[: found + 1]
 
 
 @inner
@@ -155,35 +174,35 @@ def assemble(
     order: Any,
     pos: Any,
     link: Any,
-    cycle: Any,
+    cycles: Any,
     parts: Any,
     room: Any,
 ) -> tuple[int, int]:
-    """Exchange along ``cycle`` in ``link`` and join what falls apart.
+    """Exchange along one or more ``cycles`` in ``link`` and join what falls apart.
 
     Returns the gain and how many entries of ``room`` name a node whose edges
     may have changed.
     """
-    n, k, nobody = order.size, cycle.size // 2, np.int32(-1)
+    n, k, nobody = order.size, cycles.shape[0] // 2, np.int32(-1)
     cuts, part, size = parts[0, :k], parts[1, :k], parts[2, :k]
     gain = np.int64(0)
     for i in range(2 * k):
-        c = price(costs, cycle[i], cycle[i + 1 if i + 1 < 2 * k else 0])
+        c = price(costs, cycles[i, 0], cycles[i, 1])
         gain += -c if i % 2 else c
     if gain <= 0:  # joining hardly ever gains anything
         return gain, 0
     for i in range(0, 2 * k, 2):
-        u, v = cycle[i], cycle[i + 1]
+        u, v = cycles[i, 0], cycles[i, 1]
         room[i, 0], room[i + 1, 0] = u, v
         p, q = np.int64(pos[u]), np.int64(pos[v])
         cuts[i // 2] = p if q == (p + 1 if p + 1 < n else 0) else q
         relink(link, u, v, nobody)
         relink(link, v, u, nobody)
     for i in range(1, 2 * k, 2):
-        u, v = cycle[i], cycle[i + 1 if i + 1 < 2 * k else 0]
+        u, v = cycles[i, 0], cycles[i, 1]
         relink(link, u, nobody, v)
         relink(link, v, nobody, u)
-    sort(cuts)
+    sort(cuts, cuts)
     used = 2 * k
     apart = trace(order, pos, link, cuts, part, size)
     while apart > 1:
@@ -206,16 +225,16 @@ def assemble(
 
 
 @inner
-def sort(values: Any) -> None:
-    """Sort a few numbers (Shell 1959); numpy's sort takes seconds to compile."""
-    gap = values.size // 2
+def sort(keys: Any, items: Any) -> None:
+    """Sort keys and with them items (Shell 1959); numpy's sort takes seconds to compile."""
+    gap = keys.size // 2
     while gap > 0:
-        for i in range(gap, values.size):
-            v, j = values[i], i
-            while j >= gap and values[j - gap] > v:
-                values[j] = values[j - gap]
+        for i in range(gap, keys.size):
+            key, item, j = keys[i], items[i], i
+            while j >= gap and keys[j - gap] > key:
+                keys[j], items[j] = keys[j - gap], items[j - gap]
                 j -= gap
-            values[j] = v
+            keys[j], items[j] = key, item
         gap //= 2
 
 

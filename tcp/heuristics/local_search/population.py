@@ -11,15 +11,22 @@ from tcp.heuristics.local_search.crossover import ab_cycles, census, mate
 from tcp.heuristics.local_search.ground import Ground, Small
 from tcp.stop import Clock
 
+GREED = 0.15
+"""Part of the better AB-cycles of two parents that a child takes."""
+
 STALE = 3
 """Generations without a better child after which a population has nothing more to give."""
 
 
 class Population:
-    """Tours over one ground, with their costs; a generation replaces them by their children."""
+    """Tours over one ground, with their costs; a generation replaces them by their children.
 
-    def __init__(self, ground: Ground, tours: Sequence[tuple[Small, int]]):
-        self.ground = ground
+    ``greed`` is the share of what one parent does better that a child takes: all of it where
+    there is no diversity to be kept.
+    """
+
+    def __init__(self, ground: Ground, tours: Sequence[tuple[Small, int]], greed: float = GREED):
+        self.ground, self.greed = ground, greed
         self.orders = np.array([order for order, _ in tours])
         self.costs = [cost for _, cost in tours]
         self._places = np.empty_like(self.orders)
@@ -73,7 +80,7 @@ class Population:
         tour, other = (self.orders[a], self._places[a]), (self.orders[b], self._places[b])
         cycles = ab_cycles(*tour, *other, np.array([seed], np.uint64))
         costs, near = self.ground.costs, self.ground.near
-        gain = mate(costs, near, *tour, *cycles, child, counts, len(self.costs))
+        gain = mate(costs, near, *tour, *cycles, child, counts, len(self.costs), self.greed)
         if gain:
             places[child] = np.arange(child.size, dtype=np.int32)
         return int(gain)
