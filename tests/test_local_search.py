@@ -25,6 +25,7 @@ from tcp.heuristics.local_search.survey import survey
 from tcp.result import Status
 from tcp.solve import solve
 from tcp.stop import Clock, Stop, StopReason
+from tcp.travel import Rounding
 
 HOME = (Fraction(-3), Fraction(5, 2))
 ENDS = [
@@ -256,6 +257,27 @@ def test_books_balance_and_undo_restores(n, seed, ends):
     undo(tour.order, tour.pos, tour.log)
     assert np.array_equal(tour.order, kept)
     assert np.array_equal(tour.pos[tour.order], np.arange(form.size))
+
+
+SPANS = st.integers(0, 3_000) | st.integers(2**24, 2**25)
+"""Small enough for many roots just between two whole numbers, or as large as they may be."""
+
+
+@settings(max_examples=150, deadline=None)
+@given(
+    st.lists(st.tuples(SPANS, SPANS), min_size=2, max_size=9, unique=True),
+    st.sampled_from([(1, 1), (2, 3), (Fraction(5, 2), 1)]),
+    st.sampled_from([1, 2, 5, 10, Fraction(1, 3)]),
+    st.sampled_from(Rounding),
+)
+def test_euclidean_prices_are_exact(holes, speeds, quantum, rounding):
+    x, y = np.array(holes, np.int64).T
+    piece = Workpiece("spans", tuple(map(str, range(len(holes)))), x, y)
+    travel = Travel(Model.EUCLIDEAN, *map(Fraction, speeds), quantum=quantum, rounding=rounding)
+    form = Instance(piece, travel, Ends(closed=True)).form
+    ground = survey(form, 2)
+    for u, v in itertools.combinations(range(form.size), 2):
+        assert price(ground.costs, u, v) == form.cost(ground.label[u], ground.label[v])
 
 
 def edges_of(tour):

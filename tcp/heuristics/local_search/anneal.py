@@ -37,7 +37,7 @@ ROUNDS = (0.6, 0.4)
 STREAMS = 2
 """Searches that run side by side where there are kicks alone, whatever the number of workers."""
 
-YOUNG, RIPE = 1, 5
+YOUNG, RIPE = 0.5, 5
 """Least and most kicks per node that make a member of a population."""
 
 FEW, MANY = 8, 300
@@ -46,7 +46,7 @@ FEW, MANY = 8, 300
 ROOM = 8_000_000
 """Most nodes of all members together."""
 
-RAISING = 0.8
+RAISING = 0.75
 """Share of the time left that goes into raising a population; the rest is for breeding."""
 
 PROBE = 300
@@ -97,7 +97,7 @@ class Search:
         most = min(MANY, ROOM // n)
         with ThreadPoolExecutor(max(1, workers)) as pool:
             affordable = self._affordable(limit, workers)
-            count = min(most, affordable // (YOUNG * n))
+            count = min(most, int(affordable / (YOUNG * n)))
             if count < FEW:
                 self._anneal(pool, limit)
                 return

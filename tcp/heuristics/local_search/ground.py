@@ -6,6 +6,7 @@ neighbours in memory; :attr:`Ground.label` leads back to the form's numbers.
 
 from __future__ import annotations
 
+import math
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -21,8 +22,12 @@ HOW, VIRTUAL, MATRIX, RULED = 16, 17, 18, 19
 """What ``rule`` says behind a packed cost rule: how costs are computed, which node is virtual
 (-1: none), whether ``xy`` holds a matrix, and whether some pairs are ruled."""
 
-SUM, MAX, OTHERWISE = 0, 1, 2
-"""How costs are computed; the first two need no multiplication and know no rules."""
+SUM, MAX, ROOT, OTHERWISE = 0, 1, 2, 3
+"""How costs are computed; the first two need no multiplication, the first three know no rules."""
+
+CLEAR = 1e-6
+"""A root this far from where rounding changes is rounded right by floats: what is under it has
+less than 60 bits (:meth:`tcp.travel.Travel.bind`), so that 53 bits leave an error of 3e-7."""
 
 
 class Ground(NamedTuple):
@@ -80,6 +85,13 @@ def price(costs: Any, u: int, v: int) -> int:
     if u == rule[VIRTUAL] or v == rule[VIRTUAL]:
         return np.int64(0)
     dx, dy = abs(xy[u, 0] - xy[v, 0]), abs(xy[u, 1] - xy[v, 1])
+    if how == ROOT:
+        square = rule[2] * dx * dx + rule[3] * dy * dy
+        root = math.sqrt(square / rule[4]) + (1.0 if rule[1] else 0.5)
+        whole = np.int64(root)
+        if CLEAR < root - whole < 1 - CLEAR:
+            return whole
+        return elaborate_price(costs, np.int64(u), np.int64(v))
     return dx + dy if how == SUM else max(dx, dy)
 
 

@@ -11,7 +11,7 @@ from tcp.heuristics.local_search.crossover import ab_cycles, census, mate
 from tcp.heuristics.local_search.ground import Ground, Small
 from tcp.stop import Clock
 
-GREED = 0.15
+GREED = 0.3
 """Part of the better AB-cycles of two parents that a child takes."""
 
 STALE = 3

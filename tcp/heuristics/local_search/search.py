@@ -35,7 +35,7 @@ from tcp.heuristics.local_search.exchange import apply, effort, node_at, place
 from tcp.heuristics.local_search.ground import VIRTUAL, Small, price
 from tcp.travel import Ints
 
-DEPTH = 5
+DEPTH = 8
 """Most edges that one exchange takes out (at most :data:`DEEPEST`)."""
 
 DEEPEST = 16
