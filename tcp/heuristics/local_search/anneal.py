@@ -49,6 +49,9 @@ ROOM = 8_000_000
 RAISING = 0.75
 """Share of the time left that goes into raising a population; the rest is for breeding."""
 
+GREED = 0.3
+"""Share of the better AB-cycles of two parents that a child takes where kicks are counted."""
+
 PROBE = 300
 """Kicks that tell how fast the machine is."""
 
@@ -103,9 +106,9 @@ class Search:
                 return
             kicks = affordable // count
             while limit is None and self.clock.reason(self.cost) is None:
-                self._populate(pool, most, min(kicks, RIPE * n))
+                self._populate(pool, most, min(kicks, RIPE * n), None)
             if limit is not None:
-                self._populate(pool, count, kicks)
+                self._populate(pool, count, kicks, GREED)
 
     def _affordable(self, limit: int | None, workers: int) -> int:
         """How many kicks there will be."""
@@ -116,7 +119,7 @@ class Search:
         took = max(self.clock.elapsed - began, 1e-6)
         return int(min(self.clock.remaining / took * PROBE * min(workers, STREAMS), 1e12))
 
-    def _populate(self, pool: Executor, count: int, kicks: int) -> None:
+    def _populate(self, pool: Executor, count: int, kicks: int, greed: float | None) -> None:
         """Raise a population and breed it: the best tour and ``count - 1`` new ones.
 
         Fewer, where :data:`RAISING` of the time left does not suffice for all.
@@ -133,7 +136,7 @@ class Search:
                 members.append((stream.best, stream.best_cost))
                 self.tried += kicks
                 self._offer(*members[-1], "member")
-        population = Population(self.ground, members)
+        population = Population(self.ground, members, greed)
         population.breed(self.rng, pool, clock, partial(self._offer, note="bred"))
         if self.join is not None and clock.reason(self.cost) is None:
             self._join(population, self.join)
