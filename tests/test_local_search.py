@@ -18,6 +18,7 @@ from tcp.heuristics.local_search import improve, respects
 from tcp.heuristics.local_search.crossover import ab_cycles, census, mate
 from tcp.heuristics.local_search.exchange import apply, new_tour, undo
 from tcp.heuristics.local_search.ground import length, price
+from tcp.heuristics.local_search.population import Population
 from tcp.heuristics.local_search.search import FIRM, new_work, push_all, settle
 from tcp.heuristics.local_search.starts import greedy
 from tcp.heuristics.local_search.stream import Stream
@@ -326,6 +327,18 @@ def test_a_child_takes_the_best_share_of_what_makes_a_tour_shorter(swaps, share,
     assert gain == length(ground.costs, bent) - length(ground.costs, child)
     taken = sorted(worth)[-count:]
     assert gain * (x[-1] - x[0]) == 2 * sum(taken) * np.ptp(ground.xy[:, 0])
+
+
+def test_a_child_takes_as_small_a_share_as_there_is_time_for():
+    ground = survey(Instance(scattered(20)).form, 5)
+    tours = [(greedy(ground, np.random.default_rng(seed)), 0) for seed in range(3)]
+    patient = Population(ground, tours, None)
+    late, early = Clock(Stop(time=0)), Clock(Stop(time=10_000))
+    assert patient._greed(early, 0.0) == 0.0
+    assert 0.0 < patient._greed(early, 10.0) < patient._greed(early, 100.0) < 0.1
+    assert patient._greed(late, 1e-3) == 1.0
+    for clock in (late, early):  # kicks are counted: what is found must not depend on time
+        assert Population(ground, tours, 0.3)._greed(clock, 10.0) == 0.3
 
 
 def test_the_census_counts_neighbours():
