@@ -14,7 +14,8 @@ selection at 5 s and one seed takes about an hour, all of it about fifteen; a ru
 ended at three times its limit and 60 s more is noted as late.
 
 Instances: the largest tools of real boards (simultaneous axes), TSPLIB and VLSI files, generated
-ones (uniform, clustered, lattice), all in three travel models.  The gap is to the best certified
+ones (uniform, clustered, lattice), all in three travel models; ``--instances small`` stands for
+every tool of a board with up to 500 holes and a proved optimum.  The gap is to the best certified
 lower bound in benchmarks/results (proofs.jsonl, boards.jsonl); where there is none, to the best
 route known from any run here, which the table marks with a star.  The corpus is in ``TCP_CORPUS``
 or ``../shared/corpus``; what is not there is left out and named.
@@ -77,6 +78,9 @@ BOARDS = (  # the tool with the most holes of each board with more than 500
 )
 FILES = ("pcb442", "pbd984", "pcb1173", "dka1376", "pcb3038", "rl5915")
 MADE = ("uniform1000", "clustered1000", "lattice900", "uniform10000")
+SMALL = 500
+"""Most holes of a tool of which every router is expected to find the optimum."""
+
 METRICS = {"sequential": "manhattan", "simultaneous": "chebyshev", "euclidean": "euclidean"}
 """Our names of the travel models, and those in proofs.jsonl."""
 
@@ -155,6 +159,13 @@ def bounds() -> dict[tuple[str, str], int]:
         key = f"{row['board']}:{row['tool']}", "simultaneous"
         known[key] = max(known[key], row["bound"])
     return known
+
+
+def small_tools() -> list[str]:
+    """All tools of boards with up to :data:`SMALL` holes whose optimum is proved."""
+    rows = records(RESULTS / "proofs.jsonl")
+    small = [row for row in rows if row["section"] == "boards" and row["holes"] <= SMALL]
+    return sorted({f"{r['name']}:{r['metric'][1:]}" for r in small if r.get("optimal")})
 
 
 def records(path: Path) -> list[dict[str, Any]]:
@@ -254,9 +265,13 @@ def page(rows: list[dict[str, Any]], note: str) -> str:
         "any run. Equal wall time for all; seconds in brackets where a router overran it by 10 %.",
         "",
     ]
-    for seconds in sorted({row["seconds"] for row in rows}):
-        mine = [row for row in rows if row["seconds"] == seconds]
+    tools = {row["instance"] for row in rows if ":" in row["instance"]}.difference(BOARDS)
+    small = [row for row in rows if row["instance"] in tools]
+    large = [row for row in rows if row["instance"] not in tools]
+    for seconds in sorted({row["seconds"] for row in large}):
+        mine = [row for row in large if row["seconds"] == seconds]
         lines += [f"## {seconds:g} s", "", *table(mine, known), ""]
+    lines += small_table(small, known)
     versions = {r["router"]: r["version"] for r in rows if "version" in r}
     loads = [row["load"] for row in rows]
     lines += [
@@ -294,6 +309,25 @@ def table(rows: list[dict[str, Any]], known: dict[tuple[str, str], int]) -> list
     return lines
 
 
+def small_table(rows: list[dict[str, Any]], known: dict[tuple[str, str], int]) -> list[str]:
+    """How many of the boards' smaller tools each router solved to the proved optimum."""
+    groups: dict[tuple[str, float], list[dict[str, Any]]] = defaultdict(list)
+    for row in rows:
+        groups[row["router"], row["seconds"]].append(row)
+    lines = [
+        f"## Every tool of a board with up to {SMALL} holes",
+        "",
+        "| router | seconds | runs | optimal | else |",
+        "|---|--:|--:|--:|---|",
+    ]
+    for (router, seconds), mine in groups.items():
+        wrong = [r for r in mine if r.get("cost") != known[r["instance"], r["model"]]]
+        names = ", ".join(f"{r['instance']} ({r.get('cost', r['outcome'])})" for r in wrong)
+        count = f"{len(mine)} | {len(mine) - len(wrong)}"
+        lines.append(f"| {router} | {seconds:g} | {count} | {names or '–'} |")
+    return [*lines, ""] if rows else []
+
+
 def cell(rows: list[dict[str, Any]], base: int) -> str:
     """Median (worst) gap in percent."""
     good = [row for row in rows if row["outcome"] == "ok"]
@@ -328,6 +362,8 @@ def main() -> None:
     if given.one:
         print(json.dumps(one(Job(**json.loads(given.one)))))
         return
+    if given.instances == ["small"]:
+        given.instances = small_tools()
     if given.list:
         every = list(jobs(given))
         longest = sum(job.seconds + 3 for job in every) / 3600
