@@ -11,11 +11,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from tcp import Instance, Workpiece
 from tcp.exact.branch_and_cut import pool as pool_file
 from tcp.exact.branch_and_cut.combs import comb_cuts
 from tcp.exact.branch_and_cut.cuts import Cut, Family, boundary, columns, rows, smaller_side
 from tcp.exact.branch_and_cut.handles import blocks, fractional_handles
-from tcp.exact.branch_and_cut.pool import Pool
+from tcp.exact.branch_and_cut.inward import MEMORY, STEP, Mean
+from tcp.exact.branch_and_cut.pool import Pool, violation
+from tcp.exact.branch_and_cut.problem import Problem
 from tcp.exact.branch_and_cut.subtours import component_cuts, interval_cuts, minimum_cuts
 from tcp.exact.branch_and_cut.support import Support
 
@@ -122,9 +125,9 @@ def test_combs_are_violated_and_valid(seed, parts):
     support = mixture(SIZE, seed, parts)
     tour = np.random.default_rng(seed + 1).permutation(SIZE)
     subsets = [np.array(s) for s in itertools.combinations(range(SIZE), 3)][seed % 7 :: 7]
-    for violation, cut in comb_cuts(support, tour, subsets + fractional_handles(support), THREADS):
+    for by, cut in comb_cuts(support, tour, subsets + fractional_handles(support), THREADS):
         assert_comb(cut)
-        assert left(support, cut) == pytest.approx(cut.rhs - violation)
+        assert left(support, cut) == pytest.approx(cut.rhs - by)
         assert_holds_for_all_tours(cut, SIZE)
 
 
@@ -238,3 +241,39 @@ def test_a_full_pool_lets_the_oldest_go(monkeypatch):
     assert {c.key for c in pool} == kept
     found = {c.key for c in pool.violated(support, -100.0, 1000)}
     assert found == kept
+
+
+def test_the_inward_point_lies_between_the_solution_and_those_before_it():
+    x, y = np.random.default_rng(0).integers(0, 99, (2, SIZE))
+    problem = Problem.of(Instance(Workpiece("p", tuple(map(str, range(SIZE))), x, y)))
+    mean, (a, b) = Mean(), (np.roll(np.arange(problem.size), k) for k in (1, 2))
+    keys = np.concatenate([problem.keys(np.arange(problem.size), other) for other in (a, b)])
+    near, far = np.arange(len(keys)) < problem.size, np.arange(len(keys)) >= problem.size
+    assert mean.inward(problem, keys[near], np.ones(problem.size)) is None
+    back = keys[::-1]  # the order of the pairs does not matter; now only the far ones are used
+    point = mean.inward(problem, back, far[::-1].astype(float))
+    assert point is not None
+    away = 1.0 - MEMORY  # what the mean has taken in of the second solution
+    found = dict(zip(problem.keys(point.i, point.j).tolist(), point.x.tolist(), strict=True))
+    for key in keys[far]:
+        assert found[key] == pytest.approx(STEP + (1.0 - STEP) * away)
+    for key in keys[near]:
+        assert found[key] == pytest.approx((1.0 - STEP) * (1.0 - away))
+    degree = np.bincount(np.concatenate([point.i, point.j]), np.tile(point.x, 2))
+    assert degree == pytest.approx(np.full(problem.size, 2.0))
+    for _ in range(30):  # what has left the LP is forgotten
+        point = mean.inward(problem, keys[far], np.ones(problem.size))
+    assert point is not None
+    assert set(problem.keys(point.i, point.j).tolist()) == set(keys[far].tolist())
+
+
+@settings(max_examples=20, deadline=None)
+@given(st.integers(0, 2**32))
+def test_a_cut_is_violated_by_what_its_sets_lack(seed):
+    support = mixture(SIZE, seed, 3)
+    tour = np.arange(SIZE)
+    cuts = [*component_cuts(support), *interval_cuts(support, tour), *minimum_cuts(support)]
+    cuts.append(Cut.of([[1, 2]]))
+    rhs = np.array([cut.rhs for cut in cuts])
+    for cut, by in zip(cuts, violation(Family.of(cuts), rhs, support), strict=True):
+        assert by == pytest.approx(cut.rhs - left(support, cut))

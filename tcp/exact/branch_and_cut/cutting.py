@@ -15,11 +15,12 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from tcp.exact.branch_and_cut.combs import MOST, comb_cuts
-from tcp.exact.branch_and_cut.cuts import Cut
+from tcp.exact.branch_and_cut.cuts import Cut, Family
 from tcp.exact.branch_and_cut.guide import joined
 from tcp.exact.branch_and_cut.handles import fractional_handles
+from tcp.exact.branch_and_cut.inward import Mean
 from tcp.exact.branch_and_cut.local import Keyholes
-from tcp.exact.branch_and_cut.pool import Pool
+from tcp.exact.branch_and_cut.pool import Pool, violation
 from tcp.exact.branch_and_cut.pricing import Prices
 from tcp.exact.branch_and_cut.problem import Problem
 from tcp.exact.branch_and_cut.proof import (
@@ -50,6 +51,9 @@ LARGE = 1_000
 
 PRICE_EVERY = 30
 """Rounds after which all pairs are priced even if cutting still helps: bounds on the way."""
+
+VIOLATED = 0.02
+"""Least violation of a comb found at another point."""
 
 KNOWN = 0.3
 """Handles of combs in the LP with less slack than this are tried again."""
@@ -159,6 +163,7 @@ class Cutter:
 
     def __post_init__(self) -> None:
         self.deep = False
+        self.mean: Mean | None = None
         self.keyholes = Keyholes(lambda: self.clock.reason() is not None, self.threads)
 
     # -- the loop ----------------------------------------------------------
@@ -172,6 +177,7 @@ class Cutter:
         root serve below it as well.
         """
         self.deep = False
+        self.mean = None if self.rounds else Mean()  # below the root it gains nothing
         best: tuple[float, Duals | None, int | None] = (-np.inf, None, None)
         progress = Gains()
         unpriced = 0
@@ -264,7 +270,8 @@ class Cutter:
     def _separate(self, support: Support, progress: Gains, deepen: bool) -> bool:
         """Add cuts; False if there are none, or if they have stopped to help.
 
-        Once templates have stalled, ``deepen`` turns to local cuts as well.
+        Combs cut off a point inward of the LP solution, then the solution itself.  Once
+        that has stalled as well, ``deepen`` turns to local cuts.
         """
         apart = component_cuts(support)
         if apart:
@@ -272,9 +279,12 @@ class Cutter:
             return self._enter(apart)
         progress.note(self.lp.objective)
         if self._stalled(progress):
-            if self.deep or not deepen:
+            if self.mean is not None:
+                self.mean = None
+            elif self.deep or not deepen:
                 return False
-            self.deep = True
+            else:
+                self.deep = True
             progress.clear()
         if self._price_neighbours():
             progress.priced = True
@@ -285,7 +295,10 @@ class Cutter:
             subtours += minimum_cuts(support)
         cuts += subtours
         if len(subtours) < 10:
-            cuts += self._combs(support)
+            combs = self._inward_combs(support)
+            if len(combs) < FEW_COMBS:
+                combs += self._combs(support)
+            cuts += combs
             self.deep = self.deep or (deepen and not cuts)
             if self.deep:
                 cuts += self._local(support)
@@ -295,6 +308,16 @@ class Cutter:
     def _enter(self, cuts: Sequence[Cut]) -> bool:
         self.pool.add(self.lp.age())
         return self.lp.add_cuts(cuts) > 0
+
+    def _inward_combs(self, support: Support) -> list[Cut]:
+        """Combs that cut off a point inward of the LP solution and the solution itself."""
+        if self.mean is None:
+            return []
+        point = self.mean.inward(self.problem, self.lp.keys, self.lp.x)
+        combs = [] if point is None else self._combs(point)
+        rhs = np.array([cut.rhs for cut in combs], np.int64)
+        missing = violation(Family.of(combs), rhs, support)
+        return [cut for cut, by in zip(combs, missing.tolist(), strict=True) if by > VIOLATED]
 
     def _combs(self, support: Support) -> list[Cut]:
         fresh = fractional_handles(support)

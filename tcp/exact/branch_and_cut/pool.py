@@ -7,7 +7,9 @@ from collections.abc import Iterable, Iterator
 import numpy as np
 
 from tcp.exact.branch_and_cut.cuts import Cut, Family, boundary
+from tcp.exact.branch_and_cut.proof import Floats
 from tcp.exact.branch_and_cut.support import Support
+from tcp.travel import Ints
 
 CAPACITY = 12_000
 """Most cuts kept; the oldest go first."""
@@ -50,11 +52,15 @@ class Pool:
         if self._family.count < len(self._listed):
             self._family = self._family.followed_by(self._listed[self._family.count :])
             self._rhs = np.array([c.rhs for c in self._listed])
-        family = self._family
-        value = boundary(
-            family.ptr, family.nodes, support.ptr, support.other, support.weight, support.size
-        )
-        total = np.bincount(family.owner, value * family.weight, minlength=family.count)
-        missing = self._rhs - total
+        missing = violation(self._family, self._rhs, support)
         order = np.argsort(-missing, kind="stable")[:limit]
         return [self._listed[k] for k in order if missing[k] >= by]
+
+
+def violation(family: Family, rhs: Ints, support: Support) -> Floats:
+    """By how much an LP solution violates each cut of a family; negative where it does not."""
+    value = boundary(
+        family.ptr, family.nodes, support.ptr, support.other, support.weight, support.size
+    )
+    weight: Floats = value * family.weight
+    return rhs - np.bincount(family.owner, weight, minlength=family.count)
