@@ -79,7 +79,7 @@ BOARDS = (  # the tool with the most holes of each board with more than 500
 FILES = ("pcb442", "pbd984", "pcb1173", "dka1376", "pcb3038", "rl5915")
 MADE = ("uniform1000", "clustered1000", "lattice900", "uniform10000")
 SMALL = 500
-"""Most holes of a tool of which every router is expected to find the optimum."""
+"""Most holes of a tool for which ours must find the optimum within 5 s."""
 
 METRICS = {"sequential": "manhattan", "simultaneous": "chebyshev", "euclidean": "euclidean"}
 """Our names of the travel models, and those in proofs.jsonl."""

@@ -64,10 +64,11 @@ def _costs(form: TourForm, order: Ints) -> tuple[Ints, Ints, tuple[float, float,
     rule[: packed.size] = packed
     xy = np.zeros((form.size, 2), np.int64)
     xy[: form.real, 0], xy[: form.real, 1] = form.x[order], form.y[order]
-    plain = form.rule.kind in (Kind.SUM, Kind.MAX) and form.rule.params[2] == 1
-    if form.rule.kind is Kind.NORM and not rule[RULED]:
+    if rule[RULED]:
+        return rule, xy, factors
+    if form.rule.kind is Kind.NORM:
         rule[HOW] = ROOT
-    elif plain and not rule[RULED]:
+    elif form.rule.kind in (Kind.SUM, Kind.MAX) and form.rule.params[2] == 1:
         rule[HOW] = SUM if form.rule.kind is Kind.SUM else MAX
         xy *= np.array(form.rule.params[:2], np.int64)
         factors = (1.0, 1.0, factors[2])
