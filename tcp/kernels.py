@@ -10,14 +10,11 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 
+from tcp.jit import cached, formula
 from tcp.travel import CostRule, Ints
 
 SUM, MAX, NORM, RAMP_SUM, RAMP_MAX = 0, 1, 2, 3, 4
-
-formula = njit(cache=True, error_model="numpy", no_cfunc_wrapper=True)
-"""Decorator of what follows; without numpy's error model every division could raise."""
 
 
 def pack(rule: CostRule) -> Ints:
@@ -56,7 +53,7 @@ def ramp(d: int, rule: Ints, at: int, up: bool) -> int:
     return root(rule[at + 4] * d, rule[at + 5], up)
 
 
-@njit(inline="always", cache=True)  # not inlined, pricing all pairs takes a seventh longer
+@cached(inline="always")  # not inlined, pricing all pairs takes a seventh longer
 def cost_of_move(rule: Ints, dx: int, dy: int) -> int:
     """Cost of a move by ``dx``, ``dy`` steps under a packed rule (not MATRIX)."""
     kind, up = rule[0], rule[1] != 0

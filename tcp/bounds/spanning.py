@@ -13,8 +13,8 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 import numpy as np
-from numba import njit
 
+from tcp.jit import kernel
 from tcp.kernels import cost_of_move
 from tcp.travel import Ints
 
@@ -49,7 +49,7 @@ def cells(x: Ints, y: Ints) -> Cells:
     return Cells(order, first, last, box)
 
 
-@njit(cache=True)
+@kernel
 def _split(x: Ints, y: Ints, order: Ints, first: Ints, last: Ints, box: Any) -> None:
     for k in range(first.size):
         a, b = first[k], last[k]
@@ -64,7 +64,7 @@ def _split(x: Ints, y: Ints, order: Ints, first: Ints, last: Ints, box: Any) -> 
             first[2 * k + 2], last[2 * k + 2] = middle, b
 
 
-@njit(cache=True)
+@kernel
 def _root(up: Ints, i: int) -> int:
     while up[i] != i:
         up[i] = up[up[i]]
@@ -72,7 +72,7 @@ def _root(up: Ints, i: int) -> int:
     return i
 
 
-@njit(cache=True)
+@kernel
 def _join(up: Ints, i: int, j: int) -> bool:
     """Unite the components of two nodes; False if they are one already."""
     a, b = _root(up, i), _root(up, j)
@@ -82,7 +82,7 @@ def _join(up: Ints, i: int, j: int) -> bool:
     return True
 
 
-@njit(cache=True)
+@kernel
 def _summarise(
     first: Ints, last: Ints, order: Ints, value: Ints, group: Ints, top: Ints, own: Ints
 ) -> None:
@@ -100,7 +100,7 @@ def _summarise(
                     own[k] = -1
 
 
-@njit(cache=True)
+@kernel
 def _nearest(
     i: int, best: int, rule: Ints, scale: int, x: Ints, y: Ints, value: Ints, group: Ints,
     first: Ints, last: Ints, order: Ints, box: Any, top: Ints, own: Ints, stack: Ints, bans: Ints,
@@ -131,7 +131,7 @@ def _nearest(
     return best, found
 
 
-@njit(cache=True)
+@kernel
 def _reach(
     i: int, k: int, rule: Ints, scale: int, x: Ints, y: Ints, value: Ints, box: Any, top: Ints
 ) -> int:
@@ -141,13 +141,13 @@ def _reach(
     return scale * cost_of_move(rule, dx, dy) - value[i] - top[k]
 
 
-@njit(cache=True)
+@kernel
 def _banned(bans: Ints, key: int) -> bool:
     at = np.searchsorted(bans, key)
     return at < bans.size and bans[at] == key
 
 
-@njit(cache=True)
+@kernel
 def boruvka(
     rule: Ints, scale: int, x: Ints, y: Ints, value: Ints, forced: Any, bans: Ints,
     order: Ints, first: Ints, last: Ints, box: Any,
@@ -210,7 +210,7 @@ def boruvka(
     return edges[:m]
 
 
-@njit(cache=True)
+@kernel
 def prim(weights: Any, forced: Any) -> Any:
     """Edges of a minimum spanning tree of a full int64 matrix; ``forced`` pairs are in it."""
     n = weights.shape[0]
@@ -235,7 +235,7 @@ def prim(weights: Any, forced: Any) -> Any:
     return edges
 
 
-@njit(cache=True)
+@kernel
 def kruskal(n: int, ends: Any, sequence: Ints, free: int) -> tuple[Ints, Ints]:
     """A spanning tree from pairs in the given sequence: indices of its pairs, degrees.
 

@@ -15,12 +15,12 @@ come the wrong way.  Forbidden edges cost infinitely much.  Integers only.
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from tcp.exact.tiny import settle
 from tcp.heuristics.start import start_tour
 from tcp.instance import Instance, TourForm
+from tcp.jit import kernel
 from tcp.result import Outcome, Progress, Report
 from tcp.stop import Clock
 from tcp.travel import Ints
@@ -156,7 +156,7 @@ class _Programme:
         raise AssertionError("the table does not explain itself")
 
 
-@njit(cache=True)
+@kernel
 def _fill(
     table: Table, costs: Table, begin: Table, partners: Ints, infinity: int, low: int, high: int
 ) -> None:

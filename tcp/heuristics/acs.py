@@ -14,7 +14,6 @@ cost nothing, so they differ by pheromone alone and count as visibility 1.
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numpy.random import Generator
 from numpy.typing import NDArray
 
@@ -29,6 +28,7 @@ from tcp.heuristics.orders import (
     search,
 )
 from tcp.instance import Instance
+from tcp.jit import kernel
 from tcp.result import Outcome, Report
 from tcp.stop import Clock
 from tcp.travel import Ints
@@ -111,7 +111,7 @@ def _start(legs: Ints, beta: float) -> tuple[Ints, Ints, Floats, Floats, float]:
     return best, np.array([cost]), np.full(legs.shape, tau0), visible, tau0
 
 
-@njit(cache=True)
+@kernel
 def _iterations(
     rng: Generator,
     legs: Ints,
@@ -159,7 +159,7 @@ def _iterations(
     return steps
 
 
-@njit(cache=True)
+@kernel
 def _choose(rng: Generator, tau: Floats, visible: Floats, left: Ints, count: int, q0: float) -> int:
     """Place in ``left`` of the next hole: greedy with probability q0, else in proportion."""
     total = 0.0
@@ -181,7 +181,7 @@ def _choose(rng: Generator, tau: Floats, visible: Floats, left: Ints, count: int
     return best
 
 
-@njit(cache=True)
+@kernel
 def _lay(tau: Floats, p: int, q: int, rho: float, strength: float) -> None:
     """Pheromone on a leg; both ways, except that the depot's two sides are different legs."""
     tau[p, q] += rho * (strength - tau[p, q])

@@ -38,7 +38,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 from numpy.random import Generator
 from numpy.typing import NDArray
 
@@ -47,6 +46,7 @@ from tcp.heuristics.orders import TRIVIAL, Orders, below, enumerate_all, length,
 from tcp.heuristics.selection import rank, spin, spin_up
 from tcp.heuristics.substrates import join, substrates
 from tcp.instance import MATRIX_LIMIT, Instance
+from tcp.jit import kernel
 from tcp.result import Outcome, Progress, Report
 from tcp.rules import Balance, unbalanced
 from tcp.stop import Clock, StopReason
@@ -329,7 +329,7 @@ class _Motherboard:
         return len(unbalanced(piece.x[index], piece.y[index], self.rule))
 
 
-@njit(cache=True)
+@kernel
 def _near_paths(rng: Generator, legs: Ints, genes: Genes, count: int, knn: int) -> None:
     """Step 1: from a random hole always on to one of the ``knn`` nearest that are left."""
     m = genes.shape[1]
@@ -360,7 +360,7 @@ def _near_paths(rng: Generator, legs: Ints, genes: Genes, count: int, knn: int) 
             here = near[choice]
 
 
-@njit(cache=True)
+@kernel
 def _value(order: Genes, legs: Ints, x: Floats, y: Floats, limits: Floats, price: Ints) -> int:
     """Step 2: travel, unbalanced windows and runs along one axis, as one price."""
     m = len(order)
@@ -388,7 +388,7 @@ def _value(order: Genes, legs: Ints, x: Floats, y: Floats, limits: Floats, price
     return total
 
 
-@njit(cache=True)
+@kernel
 def _evaluate(
     legs: Ints, x: Floats, y: Floats, limits: Floats, price: Ints,
     genes: Genes, costs: Ints, count: int,
@@ -397,7 +397,7 @@ def _evaluate(
         costs[i] = _value(genes[i], legs, x, y, limits, price)
 
 
-@njit(cache=True)
+@kernel
 def _generations(
     rng: Generator, legs: Ints, x: Floats, y: Floats, limits: Floats, price: Ints, genes: Genes,
     costs: Ints, slots: Ints, population: int, mr: float, uniform: bool, points: int, steps: int,
@@ -419,7 +419,7 @@ def _generations(
         rank(costs, slots, 2 * population)  # Step 5
 
 
-@njit(cache=True)
+@kernel
 def _choose(rng: Generator, mask: Marks, uniform: bool, points: int) -> None:
     """Which genes come from the first parent: each by a coin, or alternate stretches."""
     m = len(mask)
@@ -435,7 +435,7 @@ def _choose(rng: Generator, mask: Marks, uniform: bool, points: int) -> None:
             mask[k] = not mask[k]
 
 
-@njit(cache=True)
+@kernel
 def _cross(genes: Genes, one: int, two: int, child: int, mask: Marks, used: Marks) -> None:
     """The masked genes of the first parent in place, the others in the second's sequence."""
     m = len(mask)
@@ -455,7 +455,7 @@ def _cross(genes: Genes, one: int, two: int, child: int, mask: Marks, used: Mark
             at += 1
 
 
-@njit(cache=True)
+@kernel
 def _reverse(rng: Generator, order: Genes) -> None:
     """Mutation: the path between two random points runs the other way."""
     a, b = below(rng, len(order)), below(rng, len(order))

@@ -31,7 +31,6 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 from numpy.random import Generator
 from numpy.typing import NDArray
 
@@ -48,6 +47,7 @@ from tcp.heuristics.orders import (
     search,
 )
 from tcp.instance import Instance
+from tcp.jit import kernel
 from tcp.result import Outcome, Report
 from tcp.stop import Clock
 from tcp.travel import Ints
@@ -168,7 +168,7 @@ def _behind_longest(sequence: Ints, legs: Ints) -> Ints:
     return np.roll(sequence, -1 - int(closed.argmax()))
 
 
-@njit(cache=True)
+@kernel
 def _fitness(sequence: Ints, legs: Ints, cut: bool) -> int:
     """Pseudocode 3, or the open path's cost."""
     if not cut:
@@ -183,7 +183,7 @@ def _fitness(sequence: Ints, legs: Ints, cut: bool) -> int:
     return total - longest
 
 
-@njit(cache=True)
+@kernel
 def _levy(rng: Generator, beta: float, sigma: float) -> float:
     """Equations (11) and (12): Mantegna's u / |v|^(1/beta)."""
     u = sigma * rng.standard_normal()
@@ -191,13 +191,13 @@ def _levy(rng: Generator, beta: float, sigma: float) -> float:
     return u / v ** (1.0 / beta)
 
 
-@njit(cache=True)
+@kernel
 def _limit(value: float) -> float:
     """The sign and the decimal part: back into (-1, 1)."""
     return value if -1.0 < value < 1.0 else np.fmod(value, 1.0)
 
 
-@njit(cache=True)
+@kernel
 def _lay(
     egg: Floats,
     nest: int,
@@ -232,7 +232,7 @@ def _lay(
         ranks[nest, hole] = k
 
 
-@njit(cache=True)
+@kernel
 def _generations(
     rng: Generator,
     legs: Ints,

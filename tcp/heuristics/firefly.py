@@ -39,7 +39,6 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 from numpy.random import Generator
 from numpy.typing import NDArray
 
@@ -54,6 +53,7 @@ from tcp.heuristics.orders import (
     search,
 )
 from tcp.instance import Instance
+from tcp.jit import kernel
 from tcp.result import Outcome, Report
 from tcp.stop import Clock
 from tcp.travel import Ints
@@ -139,7 +139,7 @@ def run(
     )
 
 
-@njit(cache=True)
+@kernel
 def _iterations(
     rng: Generator,
     legs: Ints,
@@ -181,7 +181,7 @@ def _iterations(
     return steps
 
 
-@njit(cache=True)
+@kernel
 def _move(
     rng: Generator, one: Ints, other: Ints, beta0: float, beta_min: float, gamma: float,
     noise: float, value: Floats,
@@ -196,7 +196,7 @@ def _move(
         value[d] = one[d] + pull * (other[d] - one[d]) + noise * (rng.random() - 0.5)
 
 
-@njit(cache=True)
+@kernel
 def _correct(agent: Ints, value: Floats, place: Ints, sequence: Ints) -> None:
     """Line 10: values become hole numbers by rank; ``place`` is the agent's inverse."""
     m = len(agent)

@@ -39,7 +39,6 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 from numpy.random import Generator
 from numpy.typing import NDArray
 
@@ -58,6 +57,7 @@ from tcp.heuristics.orders import (
 )
 from tcp.heuristics.selection import rank, spin, spin_up
 from tcp.instance import Instance
+from tcp.jit import kernel
 from tcp.result import Outcome, Report
 from tcp.stop import Clock
 from tcp.travel import Ints
@@ -170,7 +170,7 @@ def _check(np: int, no: float, cr: float, mr: float, gn: int, crossover: str, ta
         raise UsageError(f"htga knows the crossovers {', '.join(CROSSOVERS)}, not {crossover!r}")
 
 
-@njit(cache=True)
+@kernel
 def _initialise(
     rng: Generator, legs: Ints, genes: Genes, times: Ints, slots: Ints, population: int
 ) -> None:
@@ -192,7 +192,7 @@ def _initialise(
     rank(times, slots, population)
 
 
-@njit(cache=True)
+@kernel
 def _generations(
     rng: Generator,
     legs: Ints,
@@ -250,7 +250,7 @@ def _generations(
     return steps
 
 
-@njit(cache=True)
+@kernel
 def _equal(a: Genes, b: Genes) -> bool:
     for k in range(len(a)):  # noqa: SIM110 (numba compiles no generator expression)
         if a[k] != b[k]:
@@ -258,7 +258,7 @@ def _equal(a: Genes, b: Genes) -> bool:
     return True
 
 
-@njit(cache=True)
+@kernel
 def _select(
     rng: Generator, genes: Genes, times: Ints, slots: Ints, wheel: Floats
 ) -> tuple[int, int]:
@@ -272,7 +272,7 @@ def _select(
     return first, second
 
 
-@njit(cache=True)
+@kernel
 def _pass(genes: Genes, times: Ints, parent: int, child: int) -> None:
     """An offspring that is its parent."""
     times[child] = times[parent]
@@ -280,7 +280,7 @@ def _pass(genes: Genes, times: Ints, parent: int, child: int) -> None:
         genes[child, k] = genes[parent, k]
 
 
-@njit(cache=True)
+@kernel
 def _cross(
     rng: Generator, legs: Ints, genes: Genes, times: Ints, first: int, second: int, child: int,
     stamp: Ints, crossover: int,
@@ -309,7 +309,7 @@ def _cross(
     times[child] = length(genes[child], legs)
 
 
-@njit(cache=True)
+@kernel
 def _taguchi(
     array: Levels, legs: Ints, genes: Genes, one: int, two: int, child: int, stamp: Ints
 ) -> int:
@@ -337,7 +337,7 @@ def _taguchi(
     return best
 
 
-@njit(cache=True)
+@kernel
 def _mix(levels: Levels, one: Genes, two: Genes, trial: Genes, stamp: Ints, mark: int) -> None:
     """One run of the array, repaired to a legal chromosome; ``stamp`` marks used genes."""
     m = len(one)
@@ -362,7 +362,7 @@ def _mix(levels: Levels, one: Genes, two: Genes, trial: Genes, stamp: Ints, mark
             doubled -= 1
 
 
-@njit(cache=True)
+@kernel
 def _mutate(rng: Generator, order: Genes, legs: Ints) -> int:
     """Step 6: the best of the 3! arrangements of three random genes; returns the gain <= 0."""
     m = len(order)
@@ -384,7 +384,7 @@ def _mutate(rng: Generator, order: Genes, legs: Ints) -> int:
     return best - now
 
 
-@njit(cache=True)
+@kernel
 def _around(order: Genes, i: int, j: int, k: int, legs: Ints) -> int:
     """Cost of the legs that touch three places, each leg once."""
     m = len(order)
@@ -398,7 +398,7 @@ def _around(order: Genes, i: int, j: int, k: int, legs: Ints) -> int:
     return total
 
 
-@njit(cache=True)
+@kernel
 def _eliminate(genes: Genes, times: Ints, slots: Ints, end: int, distinct: bool) -> None:
     """Step 8: parents and offspring by rank, parents first among equals; the first NP stay.
 
@@ -421,7 +421,7 @@ def _eliminate(genes: Genes, times: Ints, slots: Ints, end: int, distinct: bool)
         slots[k] = copies[k - kept]
 
 
-@njit(cache=True)
+@kernel
 def _copy(genes: Genes, times: Ints, one: int, slots: Ints, kept: int) -> bool:
     """Whether a chromosome equals one of the kept ones of its TR."""
     k = kept - 1

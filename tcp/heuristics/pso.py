@@ -23,7 +23,6 @@ of Zhu and Zhang points to).
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numpy.random import Generator
 from numpy.typing import NDArray
 
@@ -38,6 +37,7 @@ from tcp.heuristics.orders import (
     search,
 )
 from tcp.instance import Instance
+from tcp.jit import kernel
 from tcp.result import Outcome, Report
 from tcp.stop import Clock
 from tcp.travel import Ints
@@ -129,7 +129,7 @@ def _swarm(rng: Generator, size: int, legs: Ints) -> Swarm:
     return x, v, x.copy(), sequences, costs, np.array([costs.argmin()]), np.zeros(1, np.int64)
 
 
-@njit(cache=True)
+@kernel
 def _iterations(
     rng: Generator,
     legs: Ints,
@@ -182,7 +182,7 @@ def _iterations(
     return steps
 
 
-@njit(cache=True)
+@kernel
 def _decode(keys: Floats, sequence: Ints) -> None:
     """Holes in ascending order of their keys, from whatever order ``sequence`` is in."""
     for k in range(1, len(keys)):
@@ -194,7 +194,7 @@ def _decode(keys: Floats, sequence: Ints) -> None:
         sequence[at] = hole
 
 
-@njit(cache=True)
+@kernel
 def _same(one: Ints, two: Ints) -> bool:
     for k in range(len(one)):  # noqa: SIM110 (numba compiles no generator expression)
         if one[k] != two[k]:

@@ -14,9 +14,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from tcp.jit import kernel
 from tcp.travel import Ints
 
 Nodes = NDArray[np.int32]
@@ -143,7 +143,7 @@ class Family:
         return ptr, sets[order]
 
 
-@njit(cache=True)
+@kernel
 def boundary(
     ptr: Ints, nodes: Nodes, adjacency: Ints, other: Ints, weight: NDArray[np.float64], size: int
 ) -> NDArray[np.float64]:
@@ -181,7 +181,7 @@ def rows(family: Family, i: Ints, j: Ints, size: int) -> tuple[Ints, Ints, Ints]
     )
 
 
-@njit(cache=True)
+@kernel
 def adjacency_lists(i: Ints, j: Ints, size: int) -> tuple[Ints, Ints, Ints]:
     """Neighbours of every node: (ptr, neighbour, index of the edge)."""
     ptr = np.zeros(size + 1, np.int64)
@@ -202,7 +202,7 @@ def adjacency_lists(i: Ints, j: Ints, size: int) -> tuple[Ints, Ints, Ints]:
     return ptr, other, edge
 
 
-@njit(cache=True)
+@kernel
 def _rows(
     owner: Ints,
     ptr: Ints,
@@ -250,7 +250,7 @@ def _rows(
     return start, out_column[:filled], out_value[:filled]
 
 
-@njit(cache=True)
+@kernel
 def columns(
     owner: Ints, weight: Ints, count: int, member_ptr: Ints, member: Ints, i: Ints, j: Ints
 ) -> tuple[Ints, Ints, Ints]:

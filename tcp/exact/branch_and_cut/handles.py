@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 import numpy as np
-from numba import njit
 
 from tcp.exact.branch_and_cut.cuts import adjacency_lists, smaller_side
 from tcp.exact.branch_and_cut.support import Support, components, groups
+from tcp.jit import kernel
 from tcp.travel import Ints
 
 THRESHOLDS = (0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6)
@@ -49,7 +49,7 @@ def blocks(size: int, i: Ints, j: Ints) -> list[Ints]:
     return [node[a:b] for a, b in zip(starts, ends, strict=True) if b - a >= 3]
 
 
-@njit(cache=True)
+@kernel
 def _block_of_edge(size: int, edges: int, ptr: Ints, other: Ints, edge: Ints) -> Ints:
     """The biconnected component of every edge (Hopcroft and Tarjan 1973, without recursion)."""
     label = np.full(edges, -1, np.int64)

@@ -27,11 +27,11 @@ from math import gcd
 
 import highspy
 import numpy as np
-from numba import njit
 
 from tcp.exact.branch_and_cut.cuts import Cut, adjacency_lists, smaller_side
 from tcp.exact.branch_and_cut.proof import Floats
 from tcp.exact.branch_and_cut.support import Support, components, groups
+from tcp.jit import cached
 from tcp.travel import Ints
 
 VIOLATION = 0.004
@@ -158,7 +158,7 @@ def _keyholes(graph: Shrunk, most: int) -> Iterator[Ints]:
             yield chunk
 
 
-@njit(cache=True, nogil=True)
+@cached(nogil=True)
 def _grown(ptr: Ints, other: Ints, weight: Floats, seed: int, size: int) -> Ints:
     """Up to ``size`` atoms: always the one that most weight ties to those before it."""
     chunk = np.empty(size, np.int64)
@@ -314,7 +314,7 @@ def shortest_tour(lengths: Floats) -> tuple[Ints, float]:
     return tour, _held_karp(lengths, tour)
 
 
-@njit(cache=True, nogil=True)
+@cached(nogil=True)
 def _short_tours(lengths: Floats, below: float) -> Ints:
     """Different tours shorter than ``below``: nearest neighbours from every atom, then 2-opt."""
     size = len(lengths)
@@ -353,7 +353,7 @@ def _short_tours(lengths: Floats, below: float) -> Ints:
     return tours[:count]
 
 
-@njit(cache=True, nogil=True)
+@cached(nogil=True)
 def _held_karp(lengths: Floats, tour: Ints) -> float:
     last = len(lengths) - 1
     full = (1 << last) - 1
@@ -388,7 +388,7 @@ def _held_karp(lengths: Floats, tour: Ints) -> float:
     return length
 
 
-@njit(cache=True, nogil=True)
+@cached(nogil=True)
 def _boundaries(x: Floats) -> Floats:
     """x(delta(S)) of every set of atoms without the last, by bit mask."""
     last = len(x) - 1
@@ -407,7 +407,7 @@ def _boundaries(x: Floats) -> Floats:
     return value
 
 
-@njit(cache=True, nogil=True)
+@cached(nogil=True)
 def _crossings(tours: Ints, sets: Ints) -> Floats:
     """How often each tour of the atoms crosses the boundary of each set."""
     count = np.zeros((len(tours), len(sets)))
@@ -421,7 +421,7 @@ def _crossings(tours: Ints, sets: Ints) -> Floats:
     return count
 
 
-@njit(cache=True, nogil=True)
+@cached(nogil=True)
 def _lengths(sets: Ints, weights: Floats, size: int) -> Floats:
     """The metric that the weights make: the weight of all sets that separate two atoms."""
     total = np.zeros((size, size))

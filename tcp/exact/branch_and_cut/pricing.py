@@ -17,10 +17,10 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numba import njit
 
 from tcp.exact.branch_and_cut.cuts import Family
 from tcp.exact.branch_and_cut.problem import Geometry, Problem, edge_cost
+from tcp.jit import cached, kernel
 from tcp.travel import Ints
 
 
@@ -100,7 +100,7 @@ class Prices:
         return i, j, cost, rc, count, (int(high) << 31) + int(low)
 
 
-@njit(inline="always", cache=True)
+@cached(inline="always")
 def _separated(ptr: Ints, sets: Ints, weights: Ints, i: int, j: int) -> int:
     """Total weight of the sets that hold exactly one of ``i`` and ``j``."""
     a, a_end = ptr[i], ptr[i + 1]
@@ -126,7 +126,7 @@ def _separated(ptr: Ints, sets: Ints, weights: Ints, i: int, j: int) -> int:
     return total
 
 
-@njit(cache=True)
+@kernel
 def _listed(
     scale: int, pi: Ints, ptr: Ints, sets: Ints, weights: Ints, i: Ints, j: Ints, cost: Ints
 ) -> Ints:
@@ -137,7 +137,7 @@ def _listed(
     return rc
 
 
-@njit(cache=True)
+@kernel
 def _all_pairs(
     geometry: Geometry,
     scale: int,

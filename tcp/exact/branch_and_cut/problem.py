@@ -6,9 +6,9 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numba import njit
 
 from tcp.instance import Instance, TourForm
+from tcp.jit import cached
 from tcp.kernels import cost_of_move, pack
 from tcp.travel import Ints, Kind
 
@@ -21,7 +21,7 @@ Geometry = tuple[Ints, Ints, Ints, Ints, int]
 """Packed rule, x, y, matrix (0 x 0 where unused), virtual node: what compiled code needs."""
 
 
-@njit(inline="always", cache=True)
+@cached(inline="always")
 def edge_cost(geometry: Geometry, i: int, j: int) -> int:
     """Cost of the pair ``i``, ``j`` in quanta."""
     rule, x, y, matrix, virtual = geometry

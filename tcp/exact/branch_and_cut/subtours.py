@@ -13,11 +13,11 @@ from __future__ import annotations
 import heapq
 
 import numpy as np
-from numba import njit
 
 from tcp.exact.branch_and_cut.cuts import Cut, adjacency_lists, smaller_side
 from tcp.exact.branch_and_cut.proof import Floats
 from tcp.exact.branch_and_cut.support import Support, components, find, groups
+from tcp.jit import kernel
 from tcp.travel import Ints
 
 VIOLATION = 1e-4
@@ -55,7 +55,7 @@ def interval_cuts(support: Support, tour: Ints, longest: int = 2000) -> list[Cut
     ]
 
 
-@njit(cache=True)
+@kernel
 def _intervals(
     position: Ints, tour: Ints, ptr: Ints, other: Ints, weight: Floats, longest: int
 ) -> tuple[Floats, Ints]:
@@ -97,7 +97,7 @@ def minimum_cuts(support: Support) -> list[Cut]:
     return list(seen.values())
 
 
-@njit(cache=True)
+@kernel
 def _contract(size: int, i: Ints, j: Ints, x: Floats, root: Ints, limit: float) -> list[np.ndarray]:
     found = [np.zeros(size, np.bool_)]
     for k in range(len(x)):
@@ -125,7 +125,7 @@ def _contract(size: int, i: Ints, j: Ints, x: Floats, root: Ints, limit: float) 
         _phase(size, count, ptr, other, edge, w, root, representative, limit, found)
 
 
-@njit(cache=True)
+@kernel
 def _merged(
     count: int, name: Ints, root: Ints, i: Ints, j: Ints, x: Floats
 ) -> tuple[Ints, Ints, Floats]:
@@ -151,7 +151,7 @@ def _merged(
     return p[:filled], q[:filled], w[:filled]
 
 
-@njit(cache=True)
+@kernel
 def _members(size: int, root: Ints, r: int) -> np.ndarray:
     inside = np.zeros(size, np.bool_)
     for v in range(size):
@@ -159,7 +159,7 @@ def _members(size: int, root: Ints, r: int) -> np.ndarray:
     return inside
 
 
-@njit(cache=True)
+@kernel
 def _note_degrees(
     size: int,
     count: int,
@@ -179,7 +179,7 @@ def _note_degrees(
             found.append(_members(size, root, representative[v]))
 
 
-@njit(cache=True)
+@kernel
 def _lean(
     count: int, ptr: Ints, other: Ints, edge: Ints, w: Floats, root: Ints, representative: Ints
 ) -> bool:
@@ -203,7 +203,7 @@ def _lean(
     return any_
 
 
-@njit(cache=True)
+@kernel
 def _phase(
     size: int,
     count: int,

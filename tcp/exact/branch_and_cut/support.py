@@ -5,10 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 
 from tcp.exact.branch_and_cut.cuts import adjacency_lists
 from tcp.exact.branch_and_cut.proof import Floats
+from tcp.jit import kernel
 from tcp.travel import Ints
 
 EPSILON = 1e-7
@@ -53,7 +53,7 @@ class Support:
         return self.x[self.edge]
 
 
-@njit(cache=True)
+@kernel
 def components(size: int, i: Ints, j: Ints) -> Ints:
     """A label 0, 1, ... for every node: its connected component."""
     root = np.arange(size)
@@ -72,7 +72,7 @@ def components(size: int, i: Ints, j: Ints) -> Ints:
     return label
 
 
-@njit(cache=True)
+@kernel
 def find(root: Ints, v: int) -> int:
     """Representative in a union-find forest, halving paths on the way."""
     while root[v] != v:

@@ -17,11 +17,11 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from tcp.exact.branch_and_cut.cuts import adjacency_lists
 from tcp.exact.branch_and_cut.proof import Floats
 from tcp.exact.branch_and_cut.support import Support
+from tcp.jit import kernel
 from tcp.travel import Ints
 
 LONGEST = 40
@@ -110,7 +110,7 @@ def minimal_teeth(graph: Graph, light: float = LIGHT) -> Teeth:
     return Teeth(*_minimal(len(graph.ptr) - 1, *light_intervals(graph, light), ROW))
 
 
-@njit(cache=True)
+@kernel
 def _minimal(
     size: int, first: Ints, last: Ints, weight: Floats, row: int
 ) -> tuple[Ints, Ints, Ints, Floats]:
@@ -133,7 +133,7 @@ def _minimal(
     return count, a, b, w
 
 
-@njit(cache=True)
+@kernel
 def _light(graph: Graph, longest: int, light: float) -> tuple[Ints, Ints, Floats]:
     size = len(graph.ptr) - 1
     delta = np.zeros(size)
@@ -161,7 +161,7 @@ def _light(graph: Graph, longest: int, light: float) -> tuple[Ints, Ints, Floats
     return ends, start[:filled], value[:filled]
 
 
-@njit(cache=True)
+@kernel
 def best_teeth(switches: Ints, teeth: Teeth, room: Room) -> float:
     """Least sum of weights of an odd family of disjoint intervals, each around a switch.
 
@@ -201,7 +201,7 @@ def best_teeth(switches: Ints, teeth: Teeth, room: Room) -> float:
     return best[used, 1]
 
 
-@njit(cache=True)
+@kernel
 def traced(room: Room) -> Ints:
     """First and last positions of the teeth that :func:`best_teeth` chose, shape (t, 2)."""
     t, parity = room.used[0], 1

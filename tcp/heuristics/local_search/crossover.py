@@ -19,9 +19,9 @@ from typing import Any
 
 import numpy as np
 
-from tcp.heuristics.local_search.compiled import compiled, inner
 from tcp.heuristics.local_search.ground import price
 from tcp.heuristics.local_search.kicks import draw
+from tcp.jit import compiled, inner
 
 KNOWN = 10
 """Most different neighbours of a node that are counted in a population."""

@@ -15,8 +15,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from tcp.heuristics.local_search.compiled import compiled, inlined, inner
 from tcp.heuristics.local_search.ground import Small
+from tcp.jit import compiled, inlined, inner
 
 MOST_LOGGED = 400_000
 """Most places that can be undone, whatever the size of the tour."""

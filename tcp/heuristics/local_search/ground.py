@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from tcp.heuristics.local_search.compiled import compiled, inlined, inner
+from tcp.jit import compiled, inlined, inner
 from tcp.kernels import cost_of_move
 from tcp.travel import Ints
 

@@ -19,10 +19,10 @@ from typing import Any
 
 import numpy as np
 
-from tcp.heuristics.local_search.compiled import compiled, inner
 from tcp.heuristics.local_search.exchange import apply, node_at, undo
 from tcp.heuristics.local_search.ground import price
 from tcp.heuristics.local_search.search import FOREVER, push, settle
+from tcp.jit import compiled, inner
 
 
 @inner

@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tcp.heuristics.local_search.compiled import compiled, inner
 from tcp.heuristics.local_search.ground import MATRIX, Ground, price
 from tcp.instance import TourForm
+from tcp.jit import compiled, inner
 from tcp.travel import CostRule, Ints, Kind
 
 GRID_BITS = 20

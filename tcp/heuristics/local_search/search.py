@@ -30,9 +30,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from tcp.heuristics.local_search.compiled import compiled, inner
 from tcp.heuristics.local_search.exchange import apply, effort, node_at, place
 from tcp.heuristics.local_search.ground import VIRTUAL, Small, price
+from tcp.jit import compiled, inner
 from tcp.travel import Ints
 
 DEPTH = 8

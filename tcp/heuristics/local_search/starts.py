@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tcp.heuristics.local_search.compiled import compiled, inner
 from tcp.heuristics.local_search.ground import MATRIX, Ground, Small, price
 from tcp.heuristics.local_search.neighbours import points
+from tcp.jit import compiled, inner
 from tcp.travel import Ints
 
 FEW = 12
