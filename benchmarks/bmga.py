@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import os
 import time
 import tomllib
 from collections.abc import Callable, Iterator
@@ -31,7 +32,7 @@ from tcp.stop import Clock
 
 ROOT = Path(__file__).resolve().parents[1]
 RESULTS = ROOT / "benchmarks" / "results" / "bmga.json"
-CORPUS = ROOT.parent / "shared" / "corpus" / "boards"
+CORPUS = Path(os.environ.get("TCP_CORPUS", ROOT.parent / "shared" / "corpus")) / "boards"
 HINTS = tomllib.loads((ROOT / "tests" / "files" / "board_hints.toml").read_text())
 
 RANGE = range(508, 3_321)

@@ -187,6 +187,25 @@ def test_tcp_bound_refuses_nonsense(five, tmp_path):
     assert run(five, five, "--certificate", tmp_path / "one.json")[0] == 2
 
 
+@pytest.mark.parametrize(
+    ("name", "code", "complaint"),
+    [
+        ("five.csv", 2, "ends in .json or .json.gz"),
+        ("five.json", 2, "is an input and would be overwritten"),
+        ("none/five.json", 7, "there is no folder"),
+    ],
+)
+def test_tcp_bound_looks_at_its_certificate_before_any_work(
+    five, tmp_path, name, code, complaint, monkeypatch
+):
+    monkeypatch.setattr("tcp.cli.bound.bounded", None)
+    text = five.read_text()
+    (tmp_path / "five.json").write_text(text)  # whatever its name, CSV inside
+    answer = run(tmp_path / "five.json", "--certificate", tmp_path / name)
+    assert answer[0] == code and complaint in answer[1]
+    assert five.read_text() == (tmp_path / "five.json").read_text() == text
+
+
 def test_rules_that_disconnect_still_leave_a_bound():
     piece = Workpiece.from_decimals("apart", [("0", "0"), ("5", "0"), ("9", "0"), ("0", "7")])
     every = tuple((i, j) for i in range(4) for j in range(i))

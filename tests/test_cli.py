@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import subprocess
 import sys
 from pathlib import Path
@@ -79,3 +80,28 @@ def test_ctrl_c_while_loading_and_missing_permission_are_no_bugs(capsys):
         raise ImportError("no such thing")
 
     assert guarded(broken) is Exit.INTERNAL
+
+
+@pytest.mark.parametrize("name", ["board.drl", "board.ngc"])
+def test_every_command_takes_the_flags_that_readers_ask_for(name, tmp_path):
+    texts = {
+        "board.drl": "M48\nMETRIC,TZ,000.000\nT1C1.0\n%\nT1\nX1.0Y1.0\nX2.0Y3.0\n",
+        "board.ngc": "G21 G90\nT1 M6\nG81 X1 Y1 Z-1 R1\nX2 Y3\nG80\n",
+    }
+    board = tmp_path / name
+    board.write_text(texts[name])
+    refused = CliRunner().invoke(main, ["info", str(board)])
+    assert refused.exit_code == 3 and "pass --unfinished" in refused.output
+    for command in (["info"], ["solve"], ["bound"], ["validate", "--route", "1 2"]):
+        done = CliRunner().invoke(main, [*command, "--unfinished", str(board)])
+        assert done.exit_code == 0, (command, done.output)
+
+
+def test_a_sidecar_is_named_to_any_command(tmp_path):
+    board = tmp_path / "board.drl"
+    board.write_text("M48\nT1C1.0\n%\nT1\nX010000Y010000\nX020000Y030000\nM30\n")
+    sidecar = tmp_path / "other.txt"
+    sidecar.write_text("INTEGER-PLACES 2\nDECIMAL-PLACES 4\nOUTPUT-UNITS ENGLISH\n")
+    done = CliRunner().invoke(main, ["info", "--sidecar", str(sidecar), "--json", str(board)])
+    assert done.exit_code == 0, (done.output, done.exception)
+    assert json.loads(done.stdout)["x_mm"] == ["25.4", "50.8"]

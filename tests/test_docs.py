@@ -7,6 +7,7 @@ import sys
 import textwrap
 import tomllib
 import types
+from collections.abc import Iterator
 from fractions import Fraction
 from pathlib import Path
 
@@ -51,13 +52,30 @@ def test_every_command_is_documented(name):
     assert any(section.startswith(f"tcp {name}\n") for section in sections)
 
 
-@pytest.mark.parametrize("name", ["solve", "info", "optimize"])
-def test_every_option_is_documented(name):
-    command = main.get_command(click.Context(main), name)
-    text = document("docs/cli.md")
-    for parameter in command.params:
-        if isinstance(parameter, click.Option):
-            assert f"`{parameter.opts[0]}" in text, parameter.opts[0]
+def commands() -> Iterator[tuple[str, click.Command]]:
+    """Every command, and those of a group, with the section that describes it."""
+    for name in COMMANDS:
+        command = main.get_command(click.Context(main), name)
+        assert command is not None
+        yield name, command
+        if isinstance(command, click.Group):
+            yield from ((name, member) for member in command.commands.values())
+
+
+def test_every_option_is_documented():
+    """In the section of its command, or in that of the problem, or of fleets, for all of them."""
+    sections = re.split(r"^##+ ", document("docs/cli.md"), flags=re.M)
+    common = "".join(s for s in sections if s.startswith(("The problem\n", "Fleets\n")))
+    missing = []
+    for name, command in commands():
+        text = common + "".join(s for s in sections if s.startswith(f"tcp {name}\n"))
+        options = (p for p in command.params if isinstance(p, click.Option))
+        missing += [
+            (name, option.opts[0])
+            for option in options
+            if not re.search(rf"(?<![\w-]){option.opts[0]}(?![\w-])", text)
+        ]
+    assert missing == []
 
 
 def test_the_layers_are_those_of_the_contract():

@@ -38,6 +38,29 @@ def board(tmp_path):
     return path
 
 
+def test_a_report_replaces_no_input(board, tmp_path):
+    route = tmp_path / "route.txt"
+    route.write_text("1 2 3")
+    for source in (board, route):
+        done = CliRunner().invoke(
+            main, ["validate", str(board), "--route-file", str(route), "--out", str(source)]
+        )
+        assert "is an input and would be overwritten" in f"{done.output}{done.exception}"
+    claims = tmp_path / "own.toml"
+    claims.write_text(CLAIMS[0].read_text())
+    done = CliRunner().invoke(main, ["audit", str(claims), "--out", str(claims)])
+    assert "is an input and would be overwritten" in f"{done.output}{done.exception}"
+    assert board.read_text() == BOARD and route.read_text() == "1 2 3"
+    assert claims.read_text() == CLAIMS[0].read_text()
+
+
+def test_a_report_without_a_folder_is_told_before_the_judging(board, tmp_path):
+    done = CliRunner().invoke(
+        main, ["validate", str(board), "--route", "9 9", "--out", str(tmp_path / "none" / "r")]
+    )
+    assert "there is no folder" in f"{done.output}{done.exception}"
+
+
 def evil_claims(tmp_path):
     path = tmp_path / "evil.toml"
     name = EVIL.replace('"', '\\"').replace("\x1b", "\\u001b")

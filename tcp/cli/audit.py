@@ -49,6 +49,7 @@ def command(
         return 0
     if not files:
         raise UsageError("name one or more claims files, such as data/claims/*.toml")
+    judging.check_out(*files)
     found = audit(
         files, knowledge=judging.knowledge(*files), ignore=judging.codes(), suspect=suspect
     )

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
 
@@ -37,7 +36,7 @@ def command(problem: Problem, certificate: Path, workpiece: Path | None, as_json
     With WORKPIECE, it must be about exactly these holes; with options, about
     exactly this travel model, these ends and rules.
     """
-    asked = replace(problem, units=None, tool=None, format=None, zeros=None) != Problem()
+    asked = problem.asks
     if asked and workpiece is None:
         raise click.UsageError("options say what WORKPIECE means; give the file too")
     try:

@@ -10,6 +10,7 @@ from typing import Any
 
 import click
 
+from tcp.cli.terminal import check_outputs
 from tcp.errors import Exit, UsageError
 from tcp.files.write import write_file
 from tcp.validate.auditing import Audit
@@ -55,6 +56,11 @@ class Judging:
                 if folder.is_dir():
                     return CertificateFolder(folder)
         return NOTHING
+
+    def check_out(self, *inputs: Path | None) -> None:
+        """See before any work that the report has a place to go, which is no input."""
+        if self.out is not None:
+            check_outputs([(self.out, ())], [path for path in inputs if path is not None])
 
     def report(self, audit: Audit, details: str = "all") -> int:
         """Print or write the audit; the exit code."""

@@ -29,6 +29,9 @@ from tcp.workpiece import Workpiece, exact_decimal
 
 LEGS = ("both", "out", "back")
 
+READING: tuple[str, ...] = ("units", "tool", "format", "zeros", "sidecar", "unfinished")
+"""Options that say what a file means, and nothing about the problem."""
+
 READ = click.Path(path_type=Path, readable=False)
 """A file to read; that it may not be read is for its reader to say, with exit code 3."""
 
@@ -115,10 +118,29 @@ class Problem:
     tool: str | None = None
     format: str | None = None
     zeros: str | None = None
+    sidecar: Path | None = None
+    unfinished: bool = False
 
     def read(self, path: str | Path) -> Reading:
         """Read a workpiece file, with what was said about its numbers and tools."""
-        return read(path, units=self.units, tool=self.tool, format=self.format, zeros=self.zeros)
+        return read(
+            path,
+            units=self.units,
+            tool=self.tool,
+            format=self.format,
+            zeros=self.zeros,
+            sidecar=self.sidecar,
+            unfinished=self.unfinished or None,
+        )
+
+    @property
+    def asks(self) -> bool:
+        """Whether any option says more than how to read a file."""
+        return any(
+            getattr(self, option.name) != option.default
+            for option in fields(self)
+            if option.name not in READING
+        )
 
     def instance(self, reading: Reading) -> Instance:
         """The instance that the options make of a file.
@@ -313,7 +335,8 @@ _OPTIONS = [
     click.option(
         "--units",
         type=click.Choice(["mm", "inch"]),
-        help="Unit of the file's coordinates, where it does not say.  [default: mm]",
+        help="Unit of the file's coordinates, where it does not say.  [default: mm; none for drill "
+        "files, G-code and DXF]",
     ),
     click.option(
         "--tool",
@@ -329,5 +352,11 @@ _OPTIONS = [
         "--zeros",
         type=click.Choice(["lz", "tz"]),
         help="Drill files: keep leading (lz) or trailing (tz) zeros.",
+    ),
+    click.option(
+        "--sidecar", type=click.Path(path_type=Path), help="Drill files: the nc_param.txt."
+    ),
+    click.option(
+        "--unfinished", is_flag=True, help="Drill files and G-code: accept one that just ends."
     ),
 ]

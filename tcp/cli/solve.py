@@ -181,7 +181,9 @@ def command(
     resume: Path | None,
     **how: Any,
 ) -> int:
-    """Find the order in which to drill the holes of each FILE (CSV or TSPLIB .tsp).
+    """Find the order in which to drill the holes of each FILE.
+
+    A file is CSV, TSPLIB, Excellon, G-code, KiCad or DXF.
 
     The route is an open path from any hole to any other, unless --start, --end, --home or
     --closed say otherwise. Ctrl-C returns the best route so far.

@@ -68,6 +68,7 @@ def command(
     """Judge a route of the workpiece in FILE: valid, its time, its distance from optimal."""
     if sum(v is not None for v in (route, route_file, column)) != 1:
         raise UsageError("give the sequence by one of --route, --route-file and --column")
+    judging.check_out(file, route_file)
     reading = problem.read(file)
     instance = problem.instance(reading)
     piece = instance.workpiece

@@ -14,6 +14,9 @@ from tcp.experiments.statistics import Summary
 from tcp.travel import Ints
 
 POINTS = 200
+"""Places of the iteration axis at which a curve is drawn."""
+
+ENDINGS = (".svg", ".png", ".pdf")
 
 
 def save_convergence(
@@ -26,7 +29,7 @@ def save_convergence(
     UsageError
         If matplotlib is not installed.
     OutputError
-        If the file cannot be written, or its name has no ending of a picture.
+        If the file cannot be written.
     """
     figure, axes = _figure()
     drawn = [s for s in summaries if s is not None and any(run.trace for run in s.runs)]
@@ -51,10 +54,9 @@ def save_convergence(
 
 def check_picture(path: Path) -> None:
     """Fail before hours of runs rather than after them; as :func:`save_convergence`."""
-    known = _figure()[0].canvas.get_supported_filetypes()
-    ending = path.suffix.removeprefix(".").lower()
-    if ending not in known:
-        raise OutputError(f"cannot write {path}: a picture ends in .svg, .png or .pdf")
+    _figure()
+    if path.suffix.lower() not in ENDINGS:
+        raise UsageError(f"{path}: expected a name that ends in .svg, .png or .pdf")
     if not path.parent.is_dir():
         raise OutputError(f"cannot write {path}: there is no folder {path.parent}")
 
