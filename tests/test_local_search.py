@@ -79,6 +79,33 @@ def test_small_boards_are_solved_to_optimality(ends, model):
     assert solve(instance, "local-search").cost == solve(instance, "held-karp").cost
 
 
+@pytest.mark.parametrize("n", [12, 400])
+@pytest.mark.parametrize("ends", ENDS, ids=str)
+def test_costs_on_the_way_are_those_of_routes(ends, n):
+    """Edges that must be there are worth something to the search; nobody else hears of it."""
+    told: list[int] = []
+    rules = Rules(together=((4, 5), (5, 6)))
+    result = solve(
+        Instance(scattered(n, seed=1), ends=ends, rules=rules),
+        "local-search",
+        stop=Stop(iterations=900),
+        report=lambda progress: told.append(progress.cost),
+    )
+    assert told == sorted(told, reverse=True)
+    assert told[-1] == result.cost
+
+
+@pytest.mark.parametrize("ends", ENDS, ids=str)
+def test_a_target_out_of_reach_changes_nothing(ends):
+    instance = Instance(scattered(60, seed=1), ends=ends)
+    free = solve(instance, "local-search", stop=Stop(iterations=600))
+    aimed = solve(instance, "local-search", stop=Stop(iterations=600, target=1))
+    assert aimed.cost == free.cost
+    assert free.cost is not None
+    easy = 2 * free.cost
+    assert solve(instance, "local-search", stop=Stop(target=easy)).stopped is StopReason.TARGET
+
+
 def test_a_given_tour_is_never_worsened_and_rules_are_kept():
     rules = Rules(forbidden=((0, 1), (2, 3), (4, 5)), together=((6, 70), (8, 90), (9, 8)))
     form = Instance(scattered(100), ends=Ends(start=5), rules=rules).form

@@ -37,7 +37,7 @@ class Ground(NamedTuple):
     coordinates, scaled where that makes |dx| + |dy| or max(|dx|, |dy|) the
     cost, or whole rows of a matrix.  ``pairs`` lists forced and forbidden
     edges u-v, both ways, as (u * n + v, what they cost extra), sorted; its first
-    row is (n, 0).
+    row is (n, what all forced edges are worth).
     ``near[v]`` holds v's candidate nodes, nearest first, and ``dist[v]`` what
     they cost; the list of the virtual node is empty (see ``search.py``).
     ``mates[v]`` are the nodes to which v's forced edges lead (-1: none).
@@ -124,8 +124,8 @@ def ruled(pairs: Any, u: int, v: int) -> int:
 
 @compiled
 def length(costs: Any, order: Any) -> int:
-    """Cost of a cyclic order of nodes, rules included."""
-    total = np.int64(0)
+    """Cost of a cyclic order of nodes; the true one if it has all forced edges, no forbidden one."""
+    total = costs[2][0, 1]
     last = order[order.size - 1]
     for k in range(order.size):
         total += price(costs, last, order[k])

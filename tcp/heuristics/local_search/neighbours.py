@@ -112,7 +112,7 @@ def near_nodes(
     dist = np.full((n, width), np.iinfo(np.int64).max // 4)
     if real < 2:
         return near, dist
-    banned = ground.pairs[ground.pairs[:, 1] > 0, 0] // n
+    banned = ground.pairs[1:][ground.pairs[1:, 1] > 0, 0] // n
     most = int(np.bincount(banned, minlength=1).max())
     look = min(real, LOOK * width + 1 + most)
     if ground.rule[MATRIX]:

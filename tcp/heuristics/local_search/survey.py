@@ -86,8 +86,8 @@ def _mates(number: Ints, forced: tuple[tuple[int, int], ...], n: int) -> Small:
 def _pairs(form: TourForm, number: Ints) -> Ints:
     """The ruled pairs and what they cost extra, as :func:`ground.ruled` looks them up."""
     n = form.size
-    rows = [np.array([[n, 0]], np.int64)]
     worth = _worth(form) if form.forced or form.forbidden else 0
+    rows = [np.array([[n, worth * len(form.forced)]], np.int64)]
     for edges, extra in ((form.forced, -worth), (form.forbidden, worth)):
         if edges:
             both = number[np.array(edges, np.int64)]
