@@ -22,7 +22,7 @@ import numpy as np
 
 from tcp.errors import UsageError
 from tcp.rules import Rules, unbalanced
-from tcp.travel import CostRule, Ints, Kind, Model, Travel, describe
+from tcp.travel import SAFE, CostRule, Ints, Kind, Model, Travel, describe
 from tcp.workpiece import Workpiece
 
 __all__ = ["GCD_LIMIT", "MATRIX_LIMIT", "Ends", "Instance", "Rules", "TourForm"]
@@ -314,6 +314,8 @@ def _tour_form(instance: Instance) -> TourForm:
     size += virtual >= 0
     reach = (int(x.max()) - int(x.min()), int(y.max()) - int(y.min()))
     matrix = workpiece.matrix if instance.travel.model is Model.EXPLICIT else None
+    if matrix is not None and 2 * int(matrix.max(initial=0)) * size >= SAFE:
+        raise UsageError(f"{workpiece.name}: the times of the matrix add up beyond 61-bit integers")
     return TourForm(
         x=x,
         y=y,
@@ -335,14 +337,10 @@ def _with_home(
     step = workpiece.step
     finer = math.lcm(*((v / step).denominator for v in home))
     hx, hy = (int(v / step * finer) for v in home)
-    limit = 2**52
-    if max(abs(hx), abs(hy), int(np.abs(workpiece.x).max()) * finer) > limit:
+    reach = max(int(np.abs(v).max()) for v in (workpiece.x, workpiece.y))
+    if max(abs(hx), abs(hy), max(reach, 1) * finer) > 2**52:
         raise UsageError("the home position lies too far away or has too many decimals")
-    x = np.append(workpiece.x * finer, hx)
-    y = np.append(workpiece.y * finer, hy)
-    if int(np.abs(y).max()) > limit:
-        raise UsageError("the home position has too many decimals for this workpiece")
-    return x, y, step / finer
+    return np.append(workpiece.x * finer, hx), np.append(workpiece.y * finer, hy), step / finer
 
 
 def _forced(instance: Instance, home: int, virtual: int) -> tuple[tuple[int, int], ...]:

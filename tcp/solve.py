@@ -118,6 +118,10 @@ def solve(
         name, why = choose(instance, exact, certificate is not None)
     entry, module = _look_up(name, exact)
     _check_call(name, instance, seed, options)
+    if certificate is not None:
+        from tcp.files.certificate import certifiable
+
+        certifiable(instance)
     if exact and "exact" in inspect.signature(module.run).parameters:
         options["exact"] = True
     clock, trace = Clock(stop or Stop()), _Trace(report)

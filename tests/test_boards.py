@@ -681,6 +681,69 @@ def test_what_ctrl_c_leaves_alone_is_not_called_proved(monkeypatch):
     assert all(part.bound <= part.after and not part.proved for part in board.parts)
 
 
+def test_a_block_inside_out_counts_the_way_from_the_start():
+    """Reversed it is shorter, but then it begins far from where the machine stands."""
+    program = program_of("T1\nM25\nX0Y0\nX5000Y0\nM01\nM02X-100\nM08\n")
+    free = optimise(program, FAST)
+    assert free.costs_after.total < free.costs_before.total
+    point = Fraction(0), Fraction(0)
+    for wishes in (replace(FAST, start=point), replace(FAST, start=point, park=point)):
+        board = optimise(program, wishes)
+        assert board.costs_after.total <= board.costs_before.total
+
+
+def test_tables_of_small_tools_keep_within_memory(monkeypatch):
+    rng = np.random.default_rng(3)
+    body = "".join(
+        f"T{t}\n" + "".join(f"X{x}Y{y}\n" for x, y in rng.integers(0, 999, (9, 2)))
+        for t in range(1, 4)
+    )
+    whole = optimise(program_of(body), FAST)
+    assert whole.proved and len(whole.parts) == 3
+    for room in (2 * (9 * 9 << 9), 0):
+        monkeypatch.setattr("tcp.boards.choose.TABLES", room)
+        board = optimise(program_of(body), FAST)
+        assert whole.costs_after.total <= board.costs_after.total <= board.costs_before.total
+        assert board.bound <= whole.costs_after.total
+
+
+def test_ctrl_c_ends_the_tables(monkeypatch):
+    """What was found stays; nothing is looked for any more."""
+    import tcp.boards.choose as module
+
+    tables = []
+
+    def rung(units):
+        tables.append(units)
+        signal.raise_signal(signal.SIGINT)
+        return all_ends(units)
+
+    all_ends = module.all_ends
+    monkeypatch.setattr(module, "all_ends", rung)
+    body = "".join(f"T{t}\nX0Y{t}\nX9Y{t}\nX5Y{t}\nX3Y{t}\n" for t in (1, 2, 3))
+    board = optimise(program_of(body), FAST)
+    assert board.interrupted and len(tables) == 1
+
+
+def test_ctrl_c_ends_the_bounds(monkeypatch):
+    import tcp.bounds.one_tree as module
+
+    clocks = []
+
+    def rung(instance, clock):
+        if not clocks:
+            signal.raise_signal(signal.SIGINT)
+        clocks.append(clock)
+        return one_tree_bound(instance, clock=clock)
+
+    one_tree_bound = module.one_tree_bound
+    monkeypatch.setattr(module, "one_tree_bound", rung)
+    lines = [f"G0 X{x} Y{x * x % 97}\nG1 Z-{1 + x // 9} F9\nG0 Z5\n" for x in range(18)]
+    text = f"G21 G90\nT1 M6\nG0 Z5\n{''.join(lines)}M2\n"
+    board = optimise(gcode.parse(text.encode(), "board.ngc"), FAST)
+    assert board.interrupted and clocks and all(clock.interrupted for clock in clocks)
+
+
 @pytest.mark.parametrize("where", ["measure", "_fit", "choose", "least_chain"])
 def test_ctrl_c_counts_wherever_the_work_is(where, monkeypatch):
     import tcp.boards.optimise as module

@@ -36,6 +36,25 @@ def test_bounds_hold_and_their_certificates_are_verified(seed):
     assert verdict.lower == bound.value
 
 
+def test_chains_of_pairs_that_must_be_adjacent_have_certificates():
+    """Two holes that a chain joins may be nearer to each other than any pair of the tree."""
+    rng, checked = np.random.default_rng(0), 0
+    for trial in range(60):
+        n = int(rng.integers(5, 9))
+        x, y = rng.integers(0, 90, (2, n))
+        a, b, c, d = (int(v) for v in rng.permutation(n)[:4])
+        together = [((a, b), (b, c)), ((a, b), (b, c), (c, d)), ((a, b), (c, d))][trial % 3]
+        piece = Workpiece("chains", tuple(map(str, range(n))), x, y)
+        instance = Instance(piece, rules=Rules(together=together))
+        bound = one_tree_bound(instance, iterations=60)
+        best = optimum(instance)
+        assert best is not None and bound.value <= best
+        verdict = checker.check(to_text(bound_certificate(instance, bound)).encode())
+        assert verdict.lower == bound.value
+        checked += 1
+    assert checked == 60
+
+
 def test_bounds_are_often_the_optimum():
     """On small boards the subtour bound has hardly a gap; so must ours."""
     rng = np.random.default_rng(5)

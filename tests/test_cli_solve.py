@@ -149,6 +149,30 @@ def test_a_certificate_is_written_and_passes_the_checker(tmp_path):
     assert list(tmp_path.iterdir()) == [proof]
 
 
+@pytest.mark.parametrize(
+    ("command", "rule"),
+    [
+        (["solve", "--solver", "branch-and-cut"], ["--balance", "2,1/2,2"]),
+        (["solve", "--solver", "positions"], ["--axis-run", "3"]),
+        (["solve"], ["--jump-diameters", "1"]),
+        (["bound"], ["--balance", "2,1/2,2"]),
+    ],
+)
+def test_certificates_of_rules_they_do_not_know_are_refused_before_any_work(
+    command, rule, tmp_path
+):
+    proof = tmp_path / "proof.json"
+    done = tcp(*command, *rule, "--certificate", proof, DATA / "wp1.csv")
+    assert done.exit_code == 2 and "certificates know no rule about" in done.output
+    assert not proof.exists()
+
+
+def test_states_of_rules_that_certificates_do_not_know_are_refused(tmp_path):
+    state = tmp_path / "state.json"
+    done = tcp("solve", "--balance", "2,1/2,2", "--save-state", state, DATA / "wp1.csv")
+    assert done.exit_code == 2 and not state.exists()
+
+
 def test_several_certificates_need_a_directory(tmp_path):
     files = [DATA / "wp1.csv", DATA / "five.csv"]
     assert tcp("solve", "--exact", "--certificate", tmp_path / "one.json", *files).exit_code == 2

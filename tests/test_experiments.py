@@ -20,9 +20,9 @@ from tcp.cli.main import main
 from tcp.errors import InputError, OutputError, UsageError
 from tcp.experiments.journal import Journal, Run
 from tcp.experiments.plot import best_so_far
-from tcp.experiments.run import conduct, optima
+from tcp.experiments.run import Optimum, conduct, optima
 from tcp.experiments.spec import load
-from tcp.experiments.statistics import mean_interval, summarise, wilson
+from tcp.experiments.statistics import Summary, mean_interval, summarise, wilson
 from tcp.experiments.table import paper_table, whole_report
 from tcp.fleet import Fleet
 from tcp.solve import SOLVERS, solve
@@ -76,6 +76,21 @@ def some_run(seed: int = 0, **changes: object) -> Run:
 def facts(runs: dict[str, Run]) -> dict[str, Run]:
     """What must be the same everywhere: all but the times."""
     return {key: replace(run, seconds=0.0, cpu=0.0) for key, run in runs.items()}
+
+
+@pytest.mark.parametrize("holes", [1, 170, 171, 400])
+def test_more_holes_than_a_float_has_orders(holes, tmp_path):
+    """Half of 171 factorial is no float any more."""
+    board, spec = tmp_path / "board.csv", tmp_path / "large.toml"
+    board.write_text("x,y\n" + "".join(f"{7 * k % 180},{11 * k % 190}\n" for k in range(holes)))
+    spec.write_text(
+        'title = "Large"\nruns = 1\nseed = 1\nrows = ["average_ratio", "least_time"]\n'
+        f'[[column]]\nname = "LS"\nworkpiece = "{board}"\nsolver = "local-search"\n'
+    )
+    column = load(spec).columns[0]
+    summary = Summary(column, Optimum(90, 0.0, "trusted"), (some_run(),))
+    assert summary.figure("least_time") == "90"
+    assert float(summary.figure("average_ratio").removesuffix("%")) >= 0
 
 
 # --- experiment files -------------------------------------------------------

@@ -126,6 +126,33 @@ def test_tiny_workpieces(n, ends):
     assert instance.cost(order) * instance.quantum == path_cost(instance, order)
 
 
+@pytest.mark.parametrize(
+    "home", [("0", "1e-25"), ("1e-25", "0"), ("0", "1/4611686018427387904"), ("1e20", "0")]
+)
+@pytest.mark.parametrize("along", ["x", "y"])
+def test_homes_that_no_grid_holds_are_refused(home, along):
+    places = [("0", str(4 * k)) if along == "y" else (str(4 * k), "0") for k in range(4)]
+    position = (Fraction(home[0]), Fraction(home[1]))
+    with pytest.raises(UsageError, match="too many decimals"):
+        Instance(board(*places), ends=Ends(home=position, outward=True)).cost(range(4))
+
+
+@pytest.mark.parametrize("n", [4, 10])
+def test_matrices_whose_times_add_up_too_high_are_refused(n):
+    names = tuple(map(str, range(n)))
+    none = np.zeros(n, np.int64)
+    for largest in (2**61, 10**18, 2**61 // n):
+        matrix = np.full((n, n), largest, np.int64)
+        np.fill_diagonal(matrix, 0)
+        piece = Workpiece("large", names, none, none, matrix=matrix)
+        with pytest.raises(UsageError, match="61-bit"):
+            Instance(piece, Travel(Model.EXPLICIT)).cost(range(n))
+    matrix = np.minimum(matrix, 2**61 // (n + 1) - 1)
+    piece = Workpiece("fits", names, none, none, matrix=matrix)
+    instance = Instance(piece, Travel(Model.EXPLICIT))
+    assert instance.cost(range(n)) == (n - 1) * (2**61 // (n + 1) - 1)
+
+
 def test_contradicting_ends_are_refused():
     for bad in ({"closed": True, "end": 1}, {"outward": True}, {"home": HOME}):
         with pytest.raises(UsageError):

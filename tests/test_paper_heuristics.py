@@ -388,6 +388,16 @@ def test_rank_correction_gives_the_papers_examples(value, corrected):
     assert np.array_equal(place, agent.argsort())
 
 
+@pytest.mark.parametrize("m", [firefly.FEW, firefly.FEW + 1])
+def test_rank_correction_sorts_any_number_stably(m):
+    rng = np.random.default_rng(m)
+    place, agent = rng.permutation(m), np.zeros(m, dtype=np.int64)
+    value = rng.integers(0, 40, m) / 8  # many ties, which keep the order there was
+    wanted = place[np.argsort(value[place], kind="stable")]
+    firefly._correct(agent, value, place, np.zeros(m, dtype=np.int64))
+    assert np.array_equal(place, wanted) and np.array_equal(agent, wanted.argsort())
+
+
 PRINTED = {"width": 1.0, "cooling": 1.0, "beta_min": 0.0}
 
 

@@ -43,7 +43,12 @@ def path_bound(
 
 
 def loose_bound(
-    program: Program, trail: Trail, number: int, travel: Travel, rule: CostRule, seconds: float
+    program: Program,
+    trail: Trail,
+    number: int,
+    costs: tuple[Travel, CostRule],
+    clock: Clock,
+    seconds: float,
 ) -> int:
     """A bound on any path through all places of a selection that has no other.
 
@@ -57,38 +62,42 @@ def loose_bound(
         The board, and every position of its machine.
     number : int
         The selection.
-    travel, rule : Travel, CostRule
+    costs : (Travel, CostRule)
         The travel model, and the board's costs.
-    seconds : float
-        Time for Held and Karp's ascents.
+    clock, seconds : Clock, float
+        Held and Karp's ascents take so much of the clock's time; Ctrl-C ends them.
     """
+    rule = costs[1]
+
+    def any_order(places: Ints, seconds: float) -> int:
+        return _any_order(program, places, costs, clock.part(Stop(seconds)))
+
     mine = np.flatnonzero(trail.part == number)
     places = np.stack([trail.x, trail.y])[:, mine]
     edges = np.flatnonzero(np.diff(program.rows.stretch[trail.row[mine]])) + 1
     first, last = int(trail.row[mine].min()), int(trail.row[mine].max())
     repeated = any(p.first <= last and first < p.last for p in program.patterns)
     if repeated or not len(edges):
-        return _any_order(program, places, travel, rule, seconds)
-    whole = _any_order(program, places, travel, rule, seconds / 2)
+        return any_order(places, seconds)
+    whole = any_order(places, seconds / 2)
     pieces = np.split(places, edges, axis=1)
     share = seconds / 2 / places.shape[1]
-    inside = sum(_any_order(program, p, travel, rule, share * p.shape[1]) for p in pieces)
+    inside = sum(any_order(p, share * p.shape[1]) for p in pieces)
     links = sum(nearest(rule, (p[0], p[1]), (q[0], q[1])) for p, q in pairwise(pieces))
     return max(whole, inside + links)
 
 
-def _any_order(
-    program: Program, places: Ints, travel: Travel, rule: CostRule, seconds: float
-) -> int:
+def _any_order(program: Program, places: Ints, costs: tuple[Travel, CostRule], clock: Clock) -> int:
     """A bound on any path through some places, given as two rows of coordinates."""
     from tcp.bounds.one_tree import one_tree_bound  # loads numba
 
+    travel, rule = costs
     x, y = (np.ascontiguousarray(axis) for axis in np.unique(places, axis=1))
     if len(x) < 3:
         return int(rule.costs(np.diff(x), np.diff(y)).sum())
     names = tuple(map(str, range(len(x))))
     instance = Instance(Workpiece("places", names, x, y, program.step), travel)
-    found = one_tree_bound(instance, clock=Clock(Stop(seconds))).value
+    found = one_tree_bound(instance, clock=clock).value
     worth = (sharpen(instance, found) or 0) * instance.quantum
     return int(worth / rule.quantum)
 

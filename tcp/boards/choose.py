@@ -10,7 +10,7 @@ import numpy as np
 
 from tcp.boards.chain import MOST, Candidate, Chain, Stops, ToolOrder, arrange, in_order, linker
 from tcp.boards.effort import Answer
-from tcp.boards.ends import Units, all_ends, few, joined, turned
+from tcp.boards.ends import TABLES, Units, all_ends, few, joined, table, turned
 from tcp.boards.stretch import Stretch
 from tcp.boards.trail import Costs, Trail, follow, measure
 from tcp.files.excellon import Mark, Program
@@ -86,6 +86,7 @@ def choose(
     stops: Stops,
     tool_order: ToolOrder = ToolOrder.KEEP,
     fit: Fit = fit,
+    interrupted: Callable[[], bool] = lambda: False,
 ) -> Choice:
     """The best way to work each selection, its path and the ways between the tools together.
 
@@ -104,7 +105,7 @@ def choose(
         for at, (_, rows) in enumerate(parts)
         if _alone(mine[at], rows) and not any(s.answer.interrupted for s in solved)
     }
-    small = {at: all_ends(u) for at, u in units.items() if few(u.stretch)}
+    small = _small(units, interrupted)
     small |= {at: plain[at][:1] for at, (_, rows) in enumerate(parts) if _settled(program, *rows)}
     ways = [[*small.get(at, found[1:])] for at, found in enumerate(plain)]
     rank = [rank_of(program, number) for number, _ in parts]
@@ -133,6 +134,18 @@ def choose(
         chain.cost if everything else None,
         {parts[at][0]: found for at, found in small.items()},
     )
+
+
+def _small(
+    units: Mapping[int, Units], interrupted: Callable[[], bool]
+) -> dict[int, list[Candidate]]:
+    """Every path that may be best of parts of a few units, until Ctrl-C or memory says stop."""
+    small, room = {}, TABLES
+    for at, one in units.items():
+        if few(one.stretch) and table(one.stretch) <= room and not interrupted():
+            small[at] = all_ends(one)
+            room -= table(one.stretch)
+    return small
 
 
 def _fitted(

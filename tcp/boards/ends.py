@@ -26,6 +26,9 @@ from tcp.travel import CostRule, Travel
 TABLE = 2**22
 """Most numbers in the table of shortest paths between every two ends: 14 holes, or 12 slots."""
 
+TABLES = 2**28
+"""Most bytes that the tables of a board's tools keep; further tools count as large ones."""
+
 PROVER = "branch-and-cut"
 
 
@@ -94,9 +97,14 @@ def states_of(stretch: Stretch) -> Order:
     return Order(states + stretch.first, np.arange(len(states)) >= count)
 
 
+def table(stretch: Stretch) -> int:
+    """How many numbers the table of :func:`all_ends` has."""
+    return len(states_of(stretch)) ** 2 << len(stretch)
+
+
 def few(stretch: Stretch) -> bool:
     """Whether the table of :func:`all_ends` is small enough."""
-    return len(stretch) <= 20 and len(states_of(stretch)) ** 2 << len(stretch) <= TABLE
+    return len(stretch) <= 20 and table(stretch) <= TABLE
 
 
 def all_ends(units: Units) -> list[Candidate]:
@@ -104,7 +112,8 @@ def all_ends(units: Units) -> list[Candidate]:
 
     Held and Karp's dynamic programme (see :mod:`tcp.exact.held_karp`) from all
     starts at once: ``best[S, a, b]`` is the cheapest way from ``a`` through all
-    units of S to ``b``, where a state is a unit and the way round it is worked.
+    units of S to ``b``, where a state is a unit and the way round it is worked;
+    ``came[S, a, b]`` is the state before ``b`` on it, which is all that is kept.
     """
     states = states_of(units.stretch)
     count, first = len(units.stretch), units.stretch.first
@@ -114,18 +123,23 @@ def all_ends(units: Units) -> list[Candidate]:
     best = np.full((1 << count, len(unit), len(unit)), FAR, dtype=np.int64)
     each = np.arange(len(unit))
     best[1 << unit, each, each] = 0
+    came = np.zeros(best.shape, dtype=np.uint8)
     ways = [np.flatnonzero(unit == u) for u in range(count)]
     for done in range(1, (1 << count) - 1):
-        further = (best[done][:, :, None] + moves).min(axis=1)
+        onward = best[done][:, :, None] + moves
+        last = onward.argmin(axis=1)
+        further = np.take_along_axis(onward, last[:, None, :], axis=1)[:, 0]
         for u in range(count):
             if not done >> u & 1:
                 best[done | 1 << u][:, ways[u]] = further[:, ways[u]]
+                came[done | 1 << u][:, ways[u]] = last[:, ways[u]]
 
     def path(a: int, b: int) -> dict[int, Order]:
         done, found = (1 << count) - 1, [b]
         while done != 1 << unit[a]:
+            before = int(came[done, a, found[-1]])
             done ^= 1 << int(unit[found[-1]])
-            found.append(int((best[done][a] + moves[:, found[-1]]).argmin()))
+            found.append(before)
         turns = found[::-1]
         return {first: Order(states.rows[turns], states.reverse[turns])}
 

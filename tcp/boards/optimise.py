@@ -88,16 +88,20 @@ def _optimise(
     """See :func:`optimise`; the clock has no limit, but Ctrl-C rings it."""
     program, notes = prepared(original, wishes.merge, wishes.expand, wishes.tool_order, hints)
     rule = rule_for(program, wishes.machine.travel, (wishes.start, wishes.park))
-    asked = measure(original, rule, wishes.start, wishes.park)
-    costs = measure(program, rule, wishes.start, wishes.park)
+
+    def travel(version: Program) -> Costs:
+        return measure(version, rule, wishes.start, wishes.park)
+
+    asked, costs = travel(original), travel(program)
     merged = by_tool(asked, original, program) if wishes.merge else asked
-    program = inside_out(program, rule, _solve_inside(program, wishes, news, clock), hints)
+    program = inside_out(program, _solve_inside(program, wishes, news, clock), travel, hints)
     view = folded(program)
     solved = _solve_all(view, wishes, news, clock)
     at = stops(program, wishes)
-    choice = choose(view, rule, solved, at, wishes.tool_order, _fit(wishes, clock))
+    fit, rung = _fit(wishes, clock), lambda: clock.interrupted
+    choice = choose(view, rule, solved, at, wishes.tool_order, fit, rung)
     after = rewritten(program, view, choice, hints)
-    costs_after = measure(after, rule, wishes.start, wishes.park)
+    costs_after = travel(after)
     ended = by_old_number(costs_after, choice)
     if costs_after.total > costs.total and wishes.tool_order is not ToolOrder.ASCENDING:
         raise LostError(f"{program.path}: the new order is longer than the old one")
@@ -224,25 +228,30 @@ def _certificate(
 def _fit(wishes: Wishes, clock: Clock) -> Fit:
     """Fits paths to their neighbours: quick ones by the proof engine, the others at both ends.
 
-    The engine gets no more time than the path itself needed thrice, and never
+    The engine gets no more time than the path itself needed thrice, and in all no
     more than is left of the tool's time; it fits each path to the same places once, and to
     :data:`FITS` pairs of places at most.
     """
     limit = LIMITS[wishes.effort] if wishes.time_limit is None else wishes.time_limit
     done: dict[int, set[tuple[Place | None, Place | None]]] = {}
+    used: dict[int, float] = {}
 
     def fit(
         solved: Solved, units: Units, order: Order, before: Place | None, after: Place | None
     ) -> Order:
         order, spent = turned(units, order, before, after), solved.answer.seconds
-        seconds = min(limit - spent, max(FIT_LEAST, FIT_SHARE * spent))
+        first = solved.stretch.first
+        left = limit - spent - used.get(first, 0.0)
+        seconds = min(left, max(FIT_LEAST, FIT_SHARE * spent))
         wanted = wishes.effort is not Effort.FAST and solved.answer.optimal and seconds > 0
-        fitted = done.setdefault(solved.stretch.first, set())
+        fitted = done.setdefault(first, set())
         if clock.interrupted or not wanted or (before, after) in fitted or len(fitted) == FITS:
             return order
         fitted.add((before, after))
-        travel = wishes.machine.travel
-        return tied(units, order, before, after, travel, seconds, wishes.seed)
+        travel, began = wishes.machine.travel, clock.elapsed
+        order = tied(units, order, before, after, travel, seconds, wishes.seed)
+        used[first] = used.get(first, 0.0) + clock.elapsed - began
+        return order
 
     return fit
 
@@ -288,7 +297,7 @@ def _parts(
     locked, times, trail = locked_parts(program, wishes), program.times(), follow(program)
     seconds = BOUND_SHARE * (wishes.time_limit or LIMITS[wishes.effort])
     if clock.interrupted:
-        seconds = 0.1
+        clock, seconds = Clock(Stop()), 0.1
     front = rows_in_front(program, wishes)
     found = []
     for number, (a, b) in part_rows(program):
@@ -296,7 +305,9 @@ def _parts(
         bound = path_bound(program, (a, b), mine, choice.shortest.parts[number])
         closed = bound is not None and all(s.answer.optimal for s in mine)
         if bound is None:
-            bound = loose_bound(program, trail, number, wishes.machine.travel, rule, seconds)
+            bound = loose_bound(
+                program, trail, number, (wishes.machine.travel, rule), clock, seconds
+            )
             closed = bound >= after.parts[number]
         found.append(
             Part(

@@ -5,9 +5,11 @@ Each version is written, read back and compared before the next one is made.
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 from tcp.boards.chain import ToolOrder
 from tcp.boards.choose import Choice, Solved, permuted
-from tcp.boards.trail import Costs, measure
+from tcp.boards.trail import Costs
 from tcp.errors import UsageError
 from tcp.files.drilling import compare, reordered, reparse
 from tcp.files.excellon import Program
@@ -15,7 +17,6 @@ from tcp.files.excellon.edit import expand, merge_selections, move_sections
 from tcp.files.excellon.rewrite import Order
 from tcp.files.excellon.settings import Hints
 from tcp.files.gcode import GProgram
-from tcp.travel import CostRule
 
 
 def prepared(
@@ -42,21 +43,25 @@ def prepared(
 
 
 def inside_out(
-    program: Program, rule: CostRule, solved: list[Solved], hints: Hints | None
+    program: Program,
+    solved: list[Solved],
+    travel: Callable[[Program], Costs],
+    hints: Hints | None,
 ) -> Program:
     """The board with the insides of its step-and-repeat blocks in a new order.
 
     A shorter way through a block may make the way from one copy to the next
-    longer, so each new order, and its reverse, counts by the whole board.
+    longer, or that from the start or to the park position, so each new order,
+    and its reverse, counts by the ``travel`` of the whole board.
     """
     orders: dict[int, Order] = {}
-    least = measure(program, rule).total
+    least = travel(program).total
     for one in solved:
         ways = [one.order]
         if not one.stretch.directed().any():
             ways.append(one.stretch.backwards(one.order))
         for way in ways:
-            total = measure(permuted(program, orders | {one.stretch.first: way}), rule).total
+            total = travel(permuted(program, orders | {one.stretch.first: way})).total
             if total < least:
                 least, orders[one.stretch.first] = total, way
     if not orders:

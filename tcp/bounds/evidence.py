@@ -16,6 +16,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
 
 from tcp.bounds.one_tree import Bound
 from tcp.errors import UsageError
@@ -77,6 +79,22 @@ def _level(instance: Instance, bound: Bound, root: int) -> int:
     return int(free[max(0, 1 - len(forced))] if free.size else 0)
 
 
+def _lightest_inside(instance: Instance, bound: Bound) -> int:
+    """The least weight of two nodes that forced pairs join, next to each other or not."""
+    form, potentials = instance.form, bound.potentials
+    pairs = np.array([pair for pair in form.forced if bound.special not in pair], np.int64)
+    i, j = pairs.reshape(-1, 2).T
+    joined = coo_array((np.ones(len(i)), (i, j)), shape=(form.size, form.size))
+    chain = connected_components(joined, directed=False)[1]
+    least = 2**62
+    for one in np.unique(chain[i]):
+        nodes = np.flatnonzero(chain == one)
+        i, j = (nodes[k] for k in np.triu_indices(len(nodes), 1))
+        weights = bound.scale * form.costs(i, j) - potentials[i] - potentials[j]
+        least = min(least, int(weights.min()))
+    return least
+
+
 def _merges(instance: Instance, bound: Bound) -> list[tuple[list[int], int, int]]:
     """Kruskal's components as (nodes, weight when born, weight when absorbed), the root last.
 
@@ -88,7 +106,7 @@ def _merges(instance: Instance, bound: Bound) -> list[tuple[list[int], int, int]
     weights = bound.scale * form.costs(i, j) - potentials[i] - potentials[j]
     forced = set(form.forced)
     must = np.array([(min(e), max(e)) in forced for e in bound.tree.tolist()])
-    weights[must] = weights.min()
+    weights[must] = min(int(weights.min()), _lightest_inside(instance, bound))
     members = {v: [v] for v in range(form.size)}
     born: dict[int, int] = {}
     owner = list(range(form.size))

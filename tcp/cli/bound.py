@@ -77,6 +77,10 @@ def bounded(
     seed: int,
 ) -> dict[str, Any]:
     """The bound of an instance by one of the methods, as plain data."""
+    if proof is not None:
+        from tcp.files.certificate import certifiable
+
+        certifiable(instance)
     clock = Clock(Stop(time=time_limit))
     if method == "lp":
         bound = _linear(instance, proof, time_limit, seed)

@@ -88,14 +88,15 @@ class Summary:
         return self._spell(what or row, value)
 
     def _values(self, what: str) -> list[Any]:
-        n = len(self.column.instance)
+        if what == "ratio":  # whole numbers: half a factorial may be too large for a float
+            orders = math.factorial(len(self.column.instance))
+            return [2 * s / orders for s in self.searched]
         best = min(self.costs, default=None)
         figures: dict[str, list[Any]] = {
             "sequence": [run.route for run in self.runs if run.cost == best],
             "iterations": self.hits,
             "last": [run.last for run in self.runs],
             "searched": self.searched,
-            "ratio": [s / (math.factorial(n) / 2) for s in self.searched],
             "time": self.costs,
             "error": self.gaps,
             "fitness": self.costs,

@@ -62,6 +62,9 @@ __all__ = ["refusal", "run"]
 
 Floats = NDArray[np.float64]
 
+FEW = 300
+"""Holes up to which an insertion sort orders an agent's values fastest."""
+
 
 def run(
     instance: Instance,
@@ -200,13 +203,18 @@ def _move(
 def _correct(agent: Ints, value: Floats, place: Ints, sequence: Ints) -> None:
     """Line 10: values become hole numbers by rank; ``place`` is the agent's inverse."""
     m = len(agent)
-    for rank in range(m):  # almost in order already: insertion sort
-        d = place[rank]
-        at = rank
-        while at > 0 and value[sequence[at - 1]] > value[d]:
-            sequence[at] = sequence[at - 1]
-            at -= 1
-        sequence[at] = d
+    if m > FEW:
+        order = np.argsort(value[place], kind="mergesort")
+        for rank in range(m):
+            sequence[rank] = place[order[rank]]
+    else:
+        for rank in range(m):  # as stable, and faster: insertion sort
+            d = place[rank]
+            at = rank
+            while at > 0 and value[sequence[at - 1]] > value[d]:
+                sequence[at] = sequence[at - 1]
+                at -= 1
+            sequence[at] = d
     for rank in range(m):
         place[rank] = sequence[rank]
         agent[sequence[rank]] = rank

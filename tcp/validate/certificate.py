@@ -72,8 +72,8 @@ def wholes(values: Any, low: int = 1 - LIMIT, high: int = LIMIT - 1, count: int 
 def fraction(text: Any, least: int = 1) -> Fraction:
     """A fraction in lowest terms, as text; with a numerator of ``least`` or more."""
     try:
-        value = Fraction(text if type(text) is str and len(text) < 400 else "none")
-    except (ValueError, ZeroDivisionError):
+        value = Fraction(text if len(text) < 400 and set(text) <= set("-/0123456789") else "")
+    except (ValueError, TypeError, ZeroDivisionError):
         raise Failure(f"{str(text)[:60]!a} is not a fraction as text") from None
     reduced = str(value) == text and value.numerator >= least
     demand(reduced, f"the fraction {text[:60]!a} must be in lowest terms and in range")

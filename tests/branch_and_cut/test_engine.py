@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import itertools
+import json
 from fractions import Fraction
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -14,6 +16,7 @@ from tcp import Ends, Instance, Model, Rules, Status, Stop, Travel, Workpiece, s
 from tcp.errors import UsageError
 from tcp.exact.branch_and_cut import tree
 from tcp.exact.branch_and_cut.relaxation import Answer, Relaxation
+from tcp.files import certificate as files
 from tcp.files.certificate import to_text
 from tcp.result import Proof
 from tcp.stop import StopReason
@@ -294,6 +297,51 @@ def test_states_of_other_instances_are_refused(tmp_path):
         solve(many_nodes(), "branch-and-cut", resume=tmp_path / "absent.json")
 
 
+FIVE = Workpiece("five", tuple("12345"), np.array([1, 3, 5, 3, 1]), np.array([2, 1, 2, 3, 4]))
+
+
+def test_a_pair_that_is_priced_out_and_in_keeps_its_leaf_closed(tmp_path):
+    """The root's duals alone prove the optimum, so that every pair is dead, used ones too."""
+    instance = Instance(FIVE)
+    duals = files.Duals(10, np.array([21, 10, 20, 10, 20, -20]))
+    tree = [files.Fix(duals, 1), files.EdgeBranch(0, 1, 2, 3), files.Leaf(duals), files.Leaf(duals)]
+    state, proof = tmp_path / "state.json", tmp_path / "proof.json"
+    route = (4, 0, 1, 3, 2)
+    files.write(files.Certificate.for_instance(instance, lower=10, route=route, tree=tree), state)
+    checker.check(state.read_bytes(), None, instance.sha256)
+    result = solve(instance, "branch-and-cut", resume=state, certificate=proof)
+    assert (result.cost, result.status) == (10, Status.OPTIMAL)
+    assert checker.check(proof.read_bytes(), None, instance.sha256).lower == 10
+
+
+def test_a_state_that_is_not_true_is_refused(tmp_path):
+    """Teeth that overlap, multipliers of no branch, routes that are none."""
+    from tcp.errors import InputError
+
+    instance, path = Instance(scattered(11, 10)), tmp_path / "state.json"
+    pool = files.Pool()
+    comb = pool.cut([[0], [1], [1], [1]])
+    potentials = np.zeros(instance.form.size, np.int64)
+    potentials[:2] = -500, -1500
+    duals = files.Duals(1, potentials, ((comb, 500),))
+    route = solve(instance, "held-karp").route
+    false = files.Certificate.for_instance(
+        instance, lower=0, route=route, pool=pool, tree=[files.Leaf(duals)]
+    )
+    files.write(false, path)
+    with pytest.raises(InputError, match="cannot be resumed"):
+        solve(instance, "branch-and-cut", resume=path)
+    honest = files.Certificate.for_instance(
+        instance, lower=0, route=route, tree=[files.Leaf(files.Duals(1, 0 * potentials))]
+    )
+    files.write(honest, path)
+    assert solve(instance, "branch-and-cut", resume=path).status is Status.OPTIMAL
+    for bad in ([0] * 11, [99] * 11, ["a"] * 11):
+        path.write_text(json.dumps({**json.loads(files.to_text(honest)), "route": bad}))
+        with pytest.raises(InputError, match=r"cannot be resumed|malformed"):
+            solve(instance, "branch-and-cut", resume=path)
+
+
 def test_states_on_the_command_line(tmp_path):
     from click.testing import CliRunner
 
@@ -327,6 +375,35 @@ def test_gap_target_and_node_limits_stop_the_search():
     assert few.bound <= best.cost <= few.cost
     met = solve(instance, "branch-and-cut", stop=Stop(target=best.cost * 2))
     assert met.cost <= best.cost * 2
+
+
+@pytest.mark.parametrize("n", [20, 120])
+@pytest.mark.parametrize(
+    ("stop", "reason"),
+    [
+        (Stop(time=0), StopReason.TIME),
+        (Stop(iterations=0), StopReason.ITERATIONS),
+        (Stop(gap=1.0), StopReason.GAP),
+        (Stop(target=10**9), StopReason.TARGET),
+    ],
+)
+def test_an_early_stop_says_why_at_any_size(n, stop, reason):
+    result = solve(Instance(scattered(n, 21)), "branch-and-cut", stop=stop)
+    done = result.status is Status.OPTIMAL and result.stopped is StopReason.COMPLETED
+    assert result.stopped is reason or done
+
+
+def test_a_file_after_one_out_of_time_is_solved(tmp_path):
+    from click.testing import CliRunner
+
+    from tcp.cli.main import main
+
+    boards = [str(tmp_path / name) for name in ("a.csv", "b.csv")]
+    for board in boards:
+        lines = ["id,x,y", *(f"h{k},{7 * k % 31},{11 * k % 29}" for k in range(25))]
+        Path(board).write_text("\n".join(lines) + "\n")
+    done = CliRunner().invoke(main, ["solve", "--exact", "--time-limit", "0", "--json", *boards])
+    assert len(done.stdout.splitlines()) == 2
 
 
 def test_costs_beyond_a_proof_are_given_up_honestly():

@@ -49,7 +49,7 @@ def test_a_node_that_must_use_an_eliminated_pair_is_closed_at_once():
         tree._open(tree.nodes[0].child(side, None))
     without, within = tree.nodes[1:]
     assert within.closed
-    assert within.infeasible
+    assert within.duals is tree.root_duals
     assert not without.closed
     assert [at for _, _, at in tree.heap] == [0, 1]
 
@@ -64,7 +64,7 @@ def test_waiting_nodes_are_looked_at_when_pairs_are_eliminated():
     assert [at for _, _, at in tree.heap] == [0]
 
 
-def test_the_checker_closes_it_too_and_only_because_of_the_elimination():
+def test_the_checker_closes_it_too_and_only_because_of_the_roots_duals():
     instance, tree, dead = eliminated()
     root = tree.nodes[0]
     root.decision, root.children = Decision(dead, None, (0.0, 0.0)), (1, 2)
@@ -76,9 +76,15 @@ def test_the_checker_closes_it_too_and_only_because_of_the_elimination():
     proof = certificate(instance, tree, cost, instance.route(tree.cutter.incumbent.tour))
     assert check(to_text(proof).encode()).lower == cost
     tree.fixes = []
-    proof = certificate(instance, tree, cost, instance.route(tree.cutter.incumbent.tour))
-    with pytest.raises(Failure, match="is not closed"):
-        check(to_text(proof).encode())
+    for known in (True, False):
+        tree.nodes[2].duals = tree.root_duals if known else None
+        tree.nodes[2].infeasible = not known  # closed without evidence
+        proof = certificate(instance, tree, cost, instance.route(tree.cutter.incumbent.tour))
+        if known:
+            assert check(to_text(proof).encode()).lower == cost
+            continue
+        with pytest.raises(Failure, match="is not closed"):
+            check(to_text(proof).encode())
 
 
 @pytest.mark.parametrize(

@@ -17,7 +17,7 @@ from tcp.exact.branch_and_cut.relaxation import Relaxation
 from tcp.exact.branch_and_cut.saved import load, replant
 from tcp.exact.branch_and_cut.scout import Scout
 from tcp.exact.branch_and_cut.tree import Tree
-from tcp.files.certificate import Certificate, write
+from tcp.files.certificate import Certificate, certifiable, write
 from tcp.instance import Instance
 from tcp.result import Outcome, Progress, Report
 from tcp.stop import Clock, StopReason
@@ -61,8 +61,12 @@ def run(
     Raises
     ------
     InputError
-        If the state to resume is unreadable or about another instance.
+        If the state to resume is unreadable, untrue or about another instance.
+    UsageError
+        If a state is to be kept of rules that certificates do not know.
     """
+    if save_state is not None:
+        certifiable(instance)
     state = None if resume is None else load(resume, instance)
     if instance.form.size <= 2:
         return _tiny(instance)

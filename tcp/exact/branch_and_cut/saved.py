@@ -1,8 +1,8 @@
 """A long proof on disk: an unfinished certificate is all it takes to go on.
 
 The state that ``--save-state`` writes is an ordinary certificate of the bound
-proved so far.  ``--resume`` rebuilds the tree from it: every leaf's bound is
-computed anew from its duals, so nothing in the file is believed.
+proved so far.  ``--resume`` has it verified by the independent checker, then
+rebuilds the tree from it: every leaf's bound is computed anew from its duals.
 """
 
 from __future__ import annotations
@@ -20,19 +20,24 @@ from tcp.exact.branch_and_cut.relaxation import SetBranch
 from tcp.exact.branch_and_cut.tree import Node, Tree
 from tcp.files import certificate as files
 from tcp.instance import Instance
+from tcp.validate import certificate as checker
 
 
 def load(path: str | Path, instance: Instance) -> files.Certificate:
-    """Read a saved state and make sure that it is about this instance.
+    """Read a saved state and make sure that it is true, and about this instance.
 
     Raises
     ------
     InputError
-        If the file is no certificate, or one about another instance.
+        If the file is no certificate, proves nothing, or is about another instance.
     """
     state = files.read(path)
     if state.instance.get("sha256") != instance.sha256:
         raise InputError("this state belongs to another workpiece, travel model or ends", path)
+    try:
+        checker.check(checker.unzip(Path(path)), None, instance.sha256)
+    except checker.Failure as failure:
+        raise InputError(f"this state cannot be resumed ({failure})", path) from None
     if state.lower is None:
         raise InputError("this certificate is finished: it proves that no route exists", path)
     return state

@@ -40,9 +40,11 @@ class Scout:
     _found: Future[list[int]] | None = None
     _thread: ThreadPoolExecutor = field(default_factory=lambda: ThreadPoolExecutor(1))
 
+    def __post_init__(self) -> None:
+        self.clock = self.clock.part(Stop())  # to recall the scout does not end the proof
+
     def send(self) -> None:
         """Begin, at once or when it is first asked for."""
-        self.clock = self.clock.part(Stop())
         self._search = partial(
             improve,
             self.problem.form,

@@ -256,9 +256,14 @@ class Tree:
     def admit(self, at: int) -> None:
         """Queue a node, unless its decisions contradict each other or what is eliminated."""
         node = self.nodes[at]
-        if node.fixings.contradict or self._demands_the_dead(node):
+        if node.fixings.contradict:
             node.closed = node.infeasible = True
             node.duals = None
+            return
+        if self._demands_the_dead(node):
+            # the checker may keep a pair that another proof of the root forces: these duals
+            # price it out, and where it is gone as well any duals close the leaf
+            node.closed, node.duals = True, self.root_duals
             return
         heapq.heappush(self.heap, (node.bound, node.depth, at))
 

@@ -124,7 +124,7 @@ def ruled(pairs: Any, u: int, v: int) -> int:
 
 @compiled
 def length(costs: Any, order: Any) -> int:
-    """Cost of a cyclic order of nodes; the true one if it has all forced edges, no forbidden one."""
+    """Cost of a cyclic order of nodes, the true one if it respects the rules."""
     total = costs[2][0, 1]
     last = order[order.size - 1]
     for k in range(order.size):
