@@ -356,7 +356,9 @@ def main() -> None:
             other = known[record["name"]]
             if str(record["cost"]) != other["optimum"]:
                 other["rounded otherwise"] = str(rounded_otherwise(record["name"]))
-    PAGE.write_text(proofs_page.page(records, known, given.note))
+    done = load().keys()
+    missing = [f"{job.name} {job.metric}" for job in jobs() if job.key not in done]
+    PAGE.write_text(proofs_page.page(records, known, given.note, missing))
 
 
 if __name__ == "__main__":
