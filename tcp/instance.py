@@ -187,6 +187,10 @@ class Instance:
         explicit = self.travel.model is Model.EXPLICIT
         if explicit and self.workpiece.matrix is None:
             raise UsageError(f"{self.name} states no travel matrix; choose another travel model")
+        if not explicit and self.workpiece.matrix is not None and self.workpiece.nowhere:
+            raise UsageError(
+                f"{self.name} states travel times and no places; its travel model is explicit"
+            )
         if explicit and self.ends.home is not None:
             raise UsageError("a home position has no travel times in an explicit matrix")
         start, end = self.ends.start, self.ends.end

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 from pathlib import Path
 
-from tcp.errors import Exit, TcpError
+from tcp.errors import Exit, OutputError, TcpError, system_reason
 from tcp.files.order import order_of
 from tcp.instance import Instance
 from tcp.result import decimal
@@ -20,6 +20,7 @@ from tcp.stop import Stop
 from tcp.validate.auditing import Audit, single
 from tcp.validate.findings import Severity, finding
 from tcp.validate.known import Known
+from tcp.validate.sequence import walk
 from tcp.validate.store import CertificateFolder, file_name, load
 
 FEW = 3
@@ -43,7 +44,10 @@ def prove(instance: Instance, folder: Path, time_limit: float | None = None) -> 
     NoProofError
         If nothing could be proved within the limit.
     """
-    folder.mkdir(parents=True, exist_ok=True)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise OutputError(f"cannot make the folder {folder}: {system_reason(error)}") from None
     path = folder / file_name(instance)
     result = solve(instance, stop=Stop(time_limit), exact=True, certificate=path)
     if result.certificate is None:
@@ -140,7 +144,7 @@ def judge(
     if within is None or known is None:
         return Audit((entry,))
     late = [f for f in entry.findings if f.code == "TCP302"]
-    if late and Fraction(late[0].data["percent"]) / 100 > within:
+    if late and walk(instance, order.entries) > known.lower * (1 + within):
         limit = float(within)
         text = f"{late[0].message}; at most {limit:.4%} is allowed"
         strict = finding("TCP302", text, severity=Severity.ERROR, **late[0].data)

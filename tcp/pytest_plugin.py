@@ -35,7 +35,7 @@ def pytest_configure(config: pytest.Config) -> None:
     """Register the marker ``drill``."""
     config.addinivalue_line(
         "markers",
-        "drill(file, travel='sequential', numbering='ids', closed=False): the workpiece that "
+        "drill(file, travel=None, numbering='ids', closed=False): the workpiece that "
         "the fixture drill_oracle judges routes of",
     )
 
@@ -70,16 +70,17 @@ class DrillOracle:
     def on(
         self,
         file: str | Path,
-        travel: str | Travel = "sequential",
+        travel: str | Travel | None = None,
         *,
         numbering: str = "ids",
         closed: bool = False,
     ) -> DrillOracle:
-        """The oracle for one workpiece file and travel model."""
+        """The oracle for one workpiece file and travel model; by default the file's own."""
         from tcp.files import read
 
         path = self.folder / file
-        instance = self._instance(read(path).workpiece, travel, closed)
+        reading = read(path)
+        instance = self._instance(reading.workpiece, travel, closed, reading.travel)
         return replace(self, instance=instance, numbering=numbering, home=path.parent)
 
     def assert_valid(self, route: Route) -> None:
@@ -93,7 +94,7 @@ class DrillOracle:
         self._assert(route, Fraction(str(within)))
 
     def optimum(
-        self, workpiece: str | Path | Workpiece, travel: str | Travel = "sequential"
+        self, workpiece: str | Path | Workpiece, travel: str | Travel | None = None
     ) -> Fraction:
         """The certified optimal time of a workpiece (a file, or in memory)."""
         if isinstance(workpiece, (str, Path)):
@@ -102,12 +103,20 @@ class DrillOracle:
             return chosen._oracle().time(chosen.instance)
         return self._oracle().time(self._instance(workpiece, travel, False))
 
-    def _instance(self, workpiece: Workpiece, travel: str | Travel, closed: bool) -> Instance:
+    def _instance(
+        self,
+        workpiece: Workpiece,
+        travel: str | Travel | None,
+        closed: bool,
+        own: Travel | None = None,
+    ) -> Instance:
+        from tcp.files.reading import travel_as
         from tcp.instance import Ends, Instance
-        from tcp.travel import Travel, parse_model
+        from tcp.travel import parse_model
 
-        model = Travel(parse_model(travel)) if isinstance(travel, str) else travel
-        return Instance(workpiece, model, Ends(closed=closed))
+        if travel is None or isinstance(travel, str):
+            travel = travel_as(own, None if travel is None else parse_model(travel))
+        return Instance(workpiece, travel, Ends(closed=closed))
 
     def _oracle(self) -> Oracle:
         from tcp.oracle import FOLDER, Oracle

@@ -102,6 +102,8 @@ class Rules:
     axis_run: int | None = None
 
     def __post_init__(self) -> None:
+        if min(self.min_jump or 0, self.jump_diameters or 0) < 0:
+            raise UsageError("a minimum jump may not be negative")
         if self.axis_run is not None and self.axis_run < 1:
             raise UsageError(f"a run along one axis may not be limited to {self.axis_run} moves")
 

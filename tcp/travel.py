@@ -239,7 +239,7 @@ def _linear(travel: Travel, step: Fraction, reach: tuple[int, int]) -> tuple[Cos
         quantum = travel.quantum
         a, b, m = _common(px / quantum, py / quantum)
     kind = Kind.SUM if travel.model is Model.SEQUENTIAL else Kind.MAX
-    peak = 2 * (a * reach[0] + b * reach[1]) + m
+    peak = 2 * (a * max(reach[0], 1) + b * max(reach[1], 1)) + m  # the factors must fit, too
     return CostRule(kind, (a, b, m), quantum, travel.rounding is Rounding.UP), peak
 
 

@@ -111,6 +111,11 @@ class Workpiece:
             raise InputError(f"{self.name}: the travel matrix has a negative entry")
         self.matrix.setflags(write=False)
 
+    @property
+    def nowhere(self) -> bool:
+        """Whether no hole has a place of its own: several, all at the origin."""
+        return len(self) > 1 and not self.x.any() and not self.y.any()
+
     @classmethod
     def from_decimals(
         cls,

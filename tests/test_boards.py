@@ -9,6 +9,8 @@ import os
 import random
 import re
 import signal
+import subprocess
+import sys
 from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
@@ -568,7 +570,7 @@ def test_in_place_keeps_a_backup(board):
     assert done.exit_code == 0 and "kept" in done.stdout
     board.write_bytes(before.replace(b"X900", b"X901"))
     done = run(board, "--in-place")
-    assert done.exit_code == 7 and "another backup" in done.stderr
+    assert done.exit_code == 7 and "holds another board" in done.stderr
     assert run(board, "--out", board, "--force").exit_code == 2
     assert run(board, "--in-place", "--out", "x").exit_code == 2
 
@@ -1028,3 +1030,90 @@ def test_fitting_paths_to_each_other_is_done_with_in_one_run(seed):
     first = board(tools)
     assert first.proved and optimise(first.after).data == first.data
     assert board([holes[::-1] for holes in tools]).costs_after == first.costs_after
+
+
+def shell(command: str, folder: Path) -> subprocess.CompletedProcess[str]:
+    """A command line as a shell runs it, with ``tcp`` for the program."""
+    text = command.replace("tcp ", f"{sys.executable} -m tcp ")
+    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
+    return subprocess.run(
+        ["bash", "-c", text],
+        cwd=folder,
+        env=environment,
+        capture_output=True,
+        text=True,
+        errors="replace",
+    )
+
+
+@pytest.fixture
+def drill(tmp_path):
+    path = tmp_path / "b.drl"
+    path.write_bytes(HEAD + BODY.encode() + b"M30\n")
+    return path
+
+
+@pytest.mark.parametrize(
+    "command",
+    [
+        "tcp optimize --effort fast --json --dry-run --manifest /dev/stdout b.drl",
+        "tcp optimize --effort fast --force --out /dev/stdout b.drl",
+        "tcp optimize --effort fast --out /dev/stdout b.drl",
+    ],
+)
+def test_output_goes_on_behind_what_stands_in_a_redirected_file(command, drill, tmp_path):
+    (tmp_path / "log").write_text("precious\n")
+    done = shell(f"{command} >> log", tmp_path)
+    text = (tmp_path / "log").read_text()
+    assert done.returncode == 0, done.stderr
+    assert text.startswith("precious\n") and text.count("\n") > 3
+    assert ("tcp-manifest-1" in text and "lower_bound" in text) or "M30" in text
+
+
+@pytest.mark.parametrize(
+    ("command", "code"),
+    [
+        ("tcp info b.drl > /dev/full", 7),
+        (f"tcp optimize --effort fast --out {'x' * 300} b.drl", 7),
+        ("tcp optimize --effort fast --dry-run b.drl >&-", 0),
+        ("tcp optimize --effort fast /dev/stdin < <(cat b.drl)", 2),
+        ("mkdir m; tcp optimize --effort proof --dry-run --manifest m b.drl", 7),
+        ("mkdir b.drl.bak; tcp optimize --effort proof --in-place b.drl", 7),
+        ("echo old > b.drl.bak; tcp optimize --effort fast --in-place b.drl", 7),
+        ("mkdir c; cp b.drl c; tcp optimize --dry-run --certificates d b.drl c/b.drl", 2),
+    ],
+)
+def test_what_cannot_be_written_is_one_sentence(command, code, drill, tmp_path):
+    done = shell(command, tmp_path)
+    assert done.returncode == code, done.stderr
+    assert "internal" not in done.stderr and "Traceback" not in done.stderr
+
+
+def test_the_oldest_backup_stays_when_a_better_order_is_found(drill, tmp_path):
+    before = drill.read_bytes()
+    lines = before.split(b"\n")
+    at = [k for k, line in enumerate(lines) if line.startswith(b"X")]
+    other = list(lines)
+    other[at[0]], other[at[1]] = lines[at[1]], lines[at[0]]
+    (tmp_path / "b.drl.bak").write_bytes(b"\n".join(other))
+    done = shell("tcp optimize --effort fast --in-place b.drl", tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert (tmp_path / "b.drl.bak").read_bytes() == b"\n".join(other)
+
+
+def test_an_older_backup_stays_if_forced(drill, tmp_path):
+    before = drill.read_bytes()
+    (tmp_path / "b.drl.bak").write_text("the first version")
+    done = shell("tcp optimize --effort fast --in-place --force b.drl", tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert (tmp_path / "b.drl.bak").read_text() == "the first version"
+    assert drill.read_bytes() != before
+
+
+def test_a_name_that_is_no_text_is_drawn(drill, tmp_path):
+    drill.rename(tmp_path / os.fsdecode(b"l\xe9.drl"))
+    done = shell(
+        "tcp optimize --effort fast --dry-run --report a.html --plot a.svg l*.drl", tmp_path
+    )
+    assert done.returncode == 0, done.stderr
+    assert (tmp_path / "a.html").exists() and (tmp_path / "a.svg").exists()

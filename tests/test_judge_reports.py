@@ -92,9 +92,17 @@ def test_exit_codes_of_validate(board, tmp_path):
     assert run(*late, "--optimal", "--strict", "--ignore", "TCP302").exit_code == 0
 
 
-def test_a_contradicted_bound_is_an_internal_failure(board):
-    done = run("validate", board, "--route", "1 2 3", "--lower-bound", "100")
-    assert done.exit_code == 70 and done.stderr.count("\n") == 1
+@pytest.mark.parametrize("option", ["--optimum", "--lower-bound"])
+def test_a_stated_bound_that_a_route_refutes_is_a_finding(board, option):
+    done = run("validate", board, "--route", "1 2 3", option, "100")
+    assert done.exit_code == 1 and "TCP307" in done.stdout
+    assert "100 is wrong: this valid route takes 7" in done.stdout
+
+
+def test_no_share_of_a_bound_of_nothing(board):
+    done = run("validate", board, "--route", "1 2 3", "--lower-bound", "0", "--report", "json")
+    page = json.loads(done.stdout, parse_constant=pytest.fail)
+    assert done.exit_code == 0 and "TCP305" in str(page)
 
 
 def test_what_validate_prints(board):

@@ -91,3 +91,43 @@ def test_a_circle_that_lies_nowhere_is_refused(tmp_path, number):
     )
     with pytest.raises(InputError, match=r"no finite place|beyond any workpiece"):
         files.read(path)
+
+
+VIAS = """(kicad_pcb (version 4)
+  (net 0 "") (net 1 GND)
+  (net_class Default "" (via_dia 0.6) (via_drill 0.4) (add_net GND) (add_net ""))
+  (via (at 1 2) (size 0.8) (net 1))
+  (via (at 3 4) (size 0.8) (drill 0.3) (net 1)))
+"""
+
+
+def test_vias_without_a_drill_take_that_of_their_net_class(tmp_path):
+    path = tmp_path / "b.kicad_pcb"
+    path.write_text(VIAS)
+    piece = files.read(path, tool="all").workpiece
+    assert {piece.hole(k).diameter for k in range(2)} == {Fraction(3, 10), Fraction(2, 5)}
+    path.write_text(VIAS.replace("(via_drill 0.4)", ""))
+    with pytest.raises(InputError, match="the via at 1 2 has no drill"):
+        files.read(path)
+
+
+def test_circles_seen_from_below_and_in_blocks(tmp_path):
+    ezdxf = pytest.importorskip("ezdxf")
+    drawing = ezdxf.new()
+    drawing.header["$INSUNITS"] = 4
+    space = drawing.modelspace()
+    space.add_circle((20, 5), 1, dxfattribs={"extrusion": (0, 0, -1)})
+    space.add_circle((7, 5), 1)
+    drawing.blocks.new("inner").add_point((0, 0))
+    drawing.blocks.new("outer").add_blockref("inner", (1, 1))
+    space.add_blockref("outer", (50, 50))
+    path = tmp_path / "d.dxf"
+    drawing.saveas(path)
+    reading = files.read(path)
+    places = {(float(h.x), float(h.y)) for h in map(reading.workpiece.hole, range(2))}
+    assert places == {(-20.0, 5.0), (7.0, 5.0)}
+    assert any("1 block reference with circles" in note for note in reading.notes)
+    space.add_circle((0, 0), 1, dxfattribs={"extrusion": (0, 1, 0)})
+    drawing.saveas(path)
+    with pytest.raises(InputError, match="plane"):
+        files.read(path)

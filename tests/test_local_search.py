@@ -95,6 +95,18 @@ def test_costs_on_the_way_are_those_of_routes(ends, n):
     assert told[-1] == result.cost
 
 
+def test_the_panel_is_told_only_as_a_route():
+    rng = np.random.default_rng(5)
+    for _ in range(4):
+        x, y = rng.integers(0, 30, (2, 33))
+        x, y = np.concatenate([x, x + 40]), np.concatenate([y, y])
+        piece = Workpiece("panel", tuple(map(str, range(66))), x, y)
+        end = int(rng.integers(66))
+        result = solve(Instance(piece, ends=Ends(end=end)), "local-search", stop=Stop(iterations=9))
+        costs = [news.cost for news in result.trace]
+        assert costs == sorted(costs, reverse=True) and costs[-1] == result.cost
+
+
 @pytest.mark.parametrize("ends", ENDS, ids=str)
 def test_a_target_out_of_reach_changes_nothing(ends):
     instance = Instance(scattered(60, seed=1), ends=ends)

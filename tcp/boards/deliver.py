@@ -10,11 +10,11 @@ from pathlib import Path
 from typing import Any
 
 from tcp.boards.board import Board
-from tcp.errors import InputError, OutputError, UsageError, system_reason
+from tcp.errors import InputError, OutputError, TcpError, UsageError, system_reason
 from tcp.files.drilling import compare, reparse
 from tcp.files.excellon.dialects import HEAD, looks_excellon, looks_gcode
 from tcp.files.excellon.settings import Hints
-from tcp.files.write import write_file
+from tcp.files.write import is_stream, write_file
 from tcp.result import decimal
 
 SUFFIXES = {
@@ -66,6 +66,8 @@ class Target:
         """
         if self.in_place:
             return source
+        if self.out is None and source.exists() and not source.is_file():
+            raise UsageError(f"{source} is no file to write beside; give --out")
         if self.out is None:
             return source.with_name(f"{source.stem}{MARK}{source.suffix}")
         if self.out.is_dir():
@@ -96,7 +98,7 @@ def write_board(board: Board, target: Target, many: bool, hints: Hints | None) -
     def check(written: bytes) -> None:
         compare(board.before, reparse(written, board.before, hints), text=board.text_guard)
 
-    if not target.in_place and path.exists() and path.is_file():
+    if not target.in_place and path.is_file() and not is_stream(path):
         if path.samefile(source):
             raise OutputError(f"{path} is the input itself; say --in-place to replace it")
         if not target.force and path.read_bytes() != board.data:
@@ -104,17 +106,46 @@ def write_board(board: Board, target: Target, many: bool, hints: Hints | None) -
     if target.in_place:
         if not board.changed:
             return None
-        _back_up(source, board.original)
+        _back_up(board, hints, target.force)
     write_file(path, board.data, check)
     return path
 
 
-def _back_up(source: Path, data: bytes) -> None:
-    """Keep the input as ``NAME.bak``, which must not stand for anything else."""
+def backup_of(source: Path) -> Path:
+    """Where the input is kept that is replaced: ``NAME.bak``.
+
+    Raises
+    ------
+    OutputError
+        If something stands there that is no file.
+    """
     backup = source.with_name(source.name + ".bak")
-    if backup.exists() and backup.read_bytes() != data:
-        raise OutputError(f"{backup} holds another backup; move it away first")
-    write_file(backup, data)
+    if backup.exists() and not backup.is_file():
+        raise OutputError(f"{backup} is in the way of the backup; move it away first")
+    return backup
+
+
+def _back_up(board: Board, hints: Hints | None, force: bool) -> None:
+    """Keep the input, unless an older version of the same board is kept already."""
+    backup = backup_of(board.before.path)
+    try:
+        kept = backup.read_bytes() if backup.exists() else None
+    except OSError as error:
+        raise OutputError(f"cannot read {backup}: {system_reason(error)}") from None
+    if kept is None:
+        write_file(backup, board.original)
+    elif not (force or kept == board.original or _same_work(board, kept, hints)):
+        raise OutputError(
+            f"{backup} holds another board; say --force to leave it as it is, or move it away"
+        )
+
+
+def _same_work(board: Board, kept: bytes, hints: Hints | None) -> bool:
+    try:
+        compare(board.before, reparse(kept, board.before, hints), text="free")
+    except TcpError:
+        return False
+    return True
 
 
 def collect(given: Sequence[Path]) -> tuple[list[Path], list[InputError]]:

@@ -8,6 +8,7 @@ and nowhere else.
 
 from __future__ import annotations
 
+import errno
 import os
 import sys
 import traceback
@@ -18,7 +19,7 @@ from typing import Any
 import click
 
 import tcp
-from tcp.errors import Exit, OutputError, TcpError
+from tcp.errors import Exit, OutputError, TcpError, system_reason
 
 COMMANDS: dict[str, str] = {
     "solve": "Find the shortest drilling order of workpieces, and prove it.",
@@ -72,6 +73,10 @@ class TcpGroup(click.Group):
         sys.exit(int(guarded(lambda: super(TcpGroup, self).main(*args, **extra)) or Exit.OK))
 
 
+NOT_OURS = (errno.ENOSPC, errno.EDQUOT, errno.EROFS, errno.ENAMETOOLONG, errno.EIO, errno.EFBIG)
+"""What goes wrong with files and is no bug: no space, a name that is too long, and so on."""
+
+
 def guarded(run: Callable[[], Any]) -> Any:
     """``run()``, or one sentence on stderr and the exit code of what went wrong."""
     try:
@@ -88,15 +93,26 @@ def guarded(run: Callable[[], Any]) -> Any:
         return Exit.INTERRUPTED
     except PermissionError as error:
         return complain(OutputError(f"cannot look at {error.filename}: permission denied"))
+    except BrokenPipeError:
+        raise
+    except OSError as error:
+        if error.errno not in NOT_OURS:
+            return _internal(error)
+        where = f" {error.filename}" if error.filename else " the result"
+        return complain(OutputError(f"cannot write{where}: {system_reason(error)}"))
     except Exception as error:
         if _by_ctrl_c(error):
             _say("tcp: interrupted before there was a result")
             return Exit.INTERRUPTED
-        if debugging():
-            traceback.print_exc()
-        kind = type(error).__name__
-        _say(f"tcp: internal error: {kind}: {error} (TCP_DEBUG=1 shows where; please report it)")
-        return Exit.INTERNAL
+        return _internal(error)
+
+
+def _internal(error: Exception) -> Exit:
+    if debugging():
+        traceback.print_exc()
+    kind = type(error).__name__
+    _say(f"tcp: internal error: {kind}: {error} (TCP_DEBUG=1 shows where; please report it)")
+    return Exit.INTERNAL
 
 
 def _by_ctrl_c(error: BaseException | None) -> bool:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
@@ -15,7 +16,7 @@ import click
 
 from tcp.boards.board import Board, Wishes
 from tcp.boards.chain import ToolOrder
-from tcp.boards.deliver import Target, collect, manifest, write_board
+from tcp.boards.deliver import Target, backup_of, collect, manifest, write_board
 from tcp.boards.effort import CHECK_LIMIT, LIMITS, Effort
 from tcp.boards.machine import Machine, misfit, read_machine
 from tcp.boards.optimise import News, optimise
@@ -25,7 +26,7 @@ from tcp.cli.terminal import check_folder, check_outputs, on_terminal, output_pa
 from tcp.errors import Exit, OutputError, TcpError, UsageError, system_reason
 from tcp.files.drilling import read_drilling
 from tcp.files.excellon import Hints, Program, hints, oddities
-from tcp.files.write import write_file
+from tcp.files.write import is_stream, write_file
 from tcp.fleet import Fleet, FleetError
 from tcp.report.board import board_data, board_table, summary_table
 from tcp.travel import parse_model
@@ -396,10 +397,12 @@ def _check_outputs(job: Job, paths: Sequence[Path], given: dict[str, Any]) -> No
     for path in paths:
         if job.writes and job.target.in_place:
             check_folder(path)
+            backup_of(path)
         elif job.writes:
             target = job.target.path(path, job.many)
             targets.append((target, ()))
-            found |= {target} if target.is_file() and not job.target.force else set()
+            stands = target.is_file() and not is_stream(target)
+            found |= {target} if stands and not job.target.force else set()
         if given["plot"] is not None:
             targets.append((output_path(given["plot"], path, job.many, ".svg"), (".svg", ".png")))
         if given["report"] is not None:
@@ -407,6 +410,11 @@ def _check_outputs(job: Job, paths: Sequence[Path], given: dict[str, Any]) -> No
             targets.append((page, (".html", ".htm")))
     if given["manifest"] is not None:
         targets.append((given["manifest"], ()))
+    if given["certificates"] is not None:
+        check_folder(given["certificates"] / "T1")
+        twice = [stem for stem, count in Counter(path.stem for path in paths).items() if count > 1]
+        if twice:
+            raise UsageError(f"--certificates: several boards are called {min(twice)}")
     check_outputs(targets, paths)
     if found:
         raise OutputError(f"{min(found)} exists already; say --force to overwrite it")

@@ -12,12 +12,12 @@ from pathlib import Path
 import click
 
 from tcp.errors import OutputError, UsageError
-from tcp.files.write import real_path
+from tcp.files.write import is_stream, real_path
 
 
 def on_terminal() -> bool:
     """Whether a person watches: both output and messages go to a terminal."""
-    return sys.stdout.isatty() and sys.stderr.isatty()
+    return all(stream is not None and stream.isatty() for stream in (sys.stdout, sys.stderr))
 
 
 Say = Callable[[str], None]
@@ -89,8 +89,10 @@ def check_outputs(targets: Iterable[tuple[Path, tuple[str, ...]]], sources: Iter
     inputs = {real_path(source) for source in sources}
     seen: set[Path] = set()
     for path, suffixes in targets:
-        if path.exists() and not path.is_file():  # a device such as /dev/stdout
+        if is_stream(path):  # such as /dev/stdout
             continue
+        if path.is_dir():
+            raise OutputError(f"cannot write {path}: is a directory")
         if suffixes and not path.name.lower().endswith(suffixes):
             raise UsageError(f"{path}: expected a name that ends in {' or '.join(suffixes)}")
         if path.suffix.lower() == ".png" and find_spec("matplotlib") is None:

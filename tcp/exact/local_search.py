@@ -72,7 +72,8 @@ def run(
                 warm_up()
             start = linked_tour(form, panel, search, clock, clock.stop.iterations)
             details["panel"] = panel.describe()
-            report(Progress(clock.elapsed, form.tour_cost(start), note="panel"))
+            if respects(form, start):
+                report(Progress(clock.elapsed, form.tour_cost(start), note="panel"))
         joiner = _joiner(instance, clock) if join else None
         tour = improve(
             form, start, rng=rng, clock=clock, report=report, workers=workers, join=joiner

@@ -16,9 +16,10 @@ from typing import Any
 
 from tcp.errors import InputError, UsageError
 from tcp.files import read
+from tcp.files.reading import travel_as
 from tcp.instance import Ends, Instance, Rules
 from tcp.solve import SOLVERS, check_options, defaults
-from tcp.travel import Travel, parse_model
+from tcp.travel import parse_model
 from tcp.workpiece import exact_decimal
 
 ROWS = {
@@ -198,12 +199,13 @@ def _instance(data: Mapping[str, Any], path: Path) -> Instance:
     legs = data.get("legs", "both") if home else ""
     if legs not in ("both", "out", "back", ""):
         raise InputError(f"legs = {legs!r}; expected both, out or back", path)
+    named = _text(data, "travel", path, "")
     closed = data.get("closed", False)
     if not isinstance(closed, bool):
         raise InputError(f"closed = {closed!r}; expected true or false", path)
     return Instance(
         piece,
-        Travel(parse_model(_text(data, "travel", path, "sequential"))),
+        travel_as(reading.travel, parse_model(named) if named else None),
         Ends(
             start=hole("start"),
             end=hole("end"),

@@ -12,7 +12,7 @@ import difflib
 import re
 import tomllib
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
@@ -21,6 +21,7 @@ from tcp.errors import InputError, TcpError
 from tcp.files import read
 from tcp.files.claims_schema import FORMAT, KINDS, SOURCE, Field
 from tcp.files.printed import Printed, parse_printed
+from tcp.files.reading import Reading, travel_as
 from tcp.files.write import real_path
 from tcp.instance import Ends, Instance
 from tcp.travel import Travel, parse_model
@@ -101,12 +102,15 @@ class ClaimsFile:
         In the order of the kinds, then of the file.
     workpieces : mapping
         Workpieces by id.
+    travels : mapping
+        The travel models that the files of workpieces state, by their ids.
     """
 
     path: Path
     source: Mapping[str, Any]
     claims: tuple[Claim, ...]
     workpieces: Mapping[str, Workpiece]
+    travels: Mapping[str, Travel | None] = field(default_factory=dict)
 
     def instance(self, claim: Claim) -> Instance | None:
         """The problem that a claim is about; None if it names no workpiece.
@@ -128,7 +132,8 @@ class ClaimsFile:
             )
         piece = self.workpieces[name]
         try:
-            return Instance(piece, _travel(claim), _ends(claim, piece))
+            travel = _travel(claim, self.travels.get(name))
+            return Instance(piece, travel, _ends(claim, piece))
         except TcpError as error:
             raise InputError(f"claim {claim.id}: {error}", self.path, claim.line) from None
 
@@ -147,15 +152,18 @@ def read_claims(path: str | Path) -> ClaimsFile:
     lines = _line_numbers(text)
     source = _source(data, path)
     claims = _claims(data, str(source["key"]), path, lines)
-    pieces = {c.id: _workpiece(c, path) for c in claims if c.kind == "workpiece"}
-    return ClaimsFile(path, source, tuple(claims), pieces)
+    found = {c.id: _workpiece(c, path) for c in claims if c.kind == "workpiece"}
+    pieces = {name: reading.workpiece for name, reading in found.items()}
+    travels = {name: reading.travel for name, reading in found.items()}
+    return ClaimsFile(path, source, tuple(claims), pieces, travels)
 
 
 def _text(path: Path) -> str:
     try:
-        if path.stat().st_size > MAX_BYTES:
+        with path.open("rb") as file:
+            data = file.read(MAX_BYTES + 1)
+        if len(data) > MAX_BYTES:
             raise InputError(f"more than {MAX_BYTES >> 20} MiB; a claims file is smaller", path)
-        data = path.read_bytes()
     except OSError as error:
         raise InputError(f"cannot be read: {error.strerror or error}", path) from None
     if b"\0" in data:
@@ -389,11 +397,10 @@ def _line_numbers(text: str) -> dict[str, list[_Lines]]:
     return found
 
 
-def _travel(claim: Claim) -> Travel:
-    one = parse_printed(1)
-    vx, vy = claim.number("vx") or one, claim.number("vy") or one
-    model = parse_model(claim.text("travel") or "sequential")
-    return Travel(model, vx.value, vy.value)
+def _travel(claim: Claim, own: Travel | None) -> Travel:
+    name, vx, vy = claim.text("travel"), claim.number("vx"), claim.number("vy")
+    travel = travel_as(own, parse_model(name) if name else None)
+    return replace(travel, vx=vx.value if vx else travel.vx, vy=vy.value if vy else travel.vy)
 
 
 def _ends(claim: Claim, piece: Workpiece) -> Ends:
@@ -421,16 +428,16 @@ def _hole(claim: Claim, piece: Workpiece, key: str) -> int | None:
     return piece.index[name]
 
 
-def _workpiece(claim: Claim, path: Path) -> Workpiece:
+def _workpiece(claim: Claim, path: Path) -> Reading:
     given = [k for k in ("holes", "file", "from") if k in claim.values]
     if len(given) != 1:
         raise InputError("a workpiece needs one of holes, file and from", path, claim.line)
     try:
         if given == ["holes"]:
-            return _inline(claim)
+            return Reading(_inline(claim))
         if given == ["file"]:
             units = claim.text("units") or None
-            return read(inside(path, claim.text("file")), units=units).workpiece
+            return read(inside(path, claim.text("file")), units=units)
         return _borrowed(path, claim.text("from"))
     except InputError as error:
         if error.path is not None:
@@ -451,7 +458,7 @@ def _inline(claim: Claim) -> Workpiece:
     return Workpiece.from_decimals(claim.id, [(r[1], r[2]) for r in rows], ids, unit=unit)
 
 
-def _borrowed(path: Path, reference: str) -> Workpiece:
+def _borrowed(path: Path, reference: str) -> Reading:
     """A workpiece of another claims file in the same folder, one step only."""
     name, _, key = reference.partition("#")
     other = inside(path, name)

@@ -100,12 +100,13 @@ class _Table:
         delimiter, width = self._layout.delimiter, self._layout.width
         for number in range(skip + 1, len(lines) + 1):
             line = lines[number - 1]
+            if line.lstrip().startswith("#"):
+                continue
             try:
                 cells = split(line, delimiter)
             except InputError as error:
                 raise InputError(str(error), self._path, number) from None
-            text = line.strip()
-            if text.startswith("#") or not any(cells):
+            if not any(cells):
                 continue
             if len(cells) < width or any(cells[width:]):
                 found = "1 column" if len(cells) == 1 else f"{len(cells)} columns"

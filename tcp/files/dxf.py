@@ -10,6 +10,7 @@ from typing import Any
 from tcp.errors import InputError, UsageError, system_reason
 from tcp.files.layered import STEP, Drill, reading
 from tcp.files.reading import Reading
+from tcp.words import counted
 
 MM = {1: Fraction(254, 10), 4: Fraction(1), 5: Fraction(10), 6: Fraction(1000)}
 """Millimetres to the unit, by ``$INSUNITS``."""
@@ -31,7 +32,9 @@ def read(path: Path, *, units: str | None = None, tool: str | int | None = None)
         raise UsageError("DXF needs ezdxf: pip install 'tcp-drill[dxf]'") from None
     try:
         drawing = ezdxf.readfile(path)
-        found = [_circle(entity) for entity in drawing.modelspace().query("CIRCLE POINT")]
+        space = drawing.modelspace()
+        found = [_circle(entity) for entity in space.query("CIRCLE POINT")]
+        blocks = sum(map(_holds_circles, space.query("INSERT")))
     except OSError as error:
         if error.errno is None:  # how ezdxf says it
             raise InputError("is no DXF drawing", path) from None
@@ -52,14 +55,29 @@ def read(path: Path, *, units: str | None = None, tool: str | int | None = None)
         Drill(_nm(x, unit), _nm(y, unit), 2 * _nm(radius, unit) * STEP, layer)
         for x, y, radius, layer in found
     ]
-    return reading(path, drills, tool)
+    note = f"{counted(blocks, 'block reference')} with circles or points left out; explode them"
+    return reading(path, drills, tool, [note] if blocks else [])
+
+
+def _holds_circles(insert: Any) -> bool:
+    """Whether there is a circle or point in a block, or in one that it refers to."""
+    return any(
+        _holds_circles(entity)
+        if entity.dxftype() == "INSERT"
+        else entity.dxftype() in ("CIRCLE", "POINT")
+        for entity in insert.virtual_entities()
+    )
 
 
 def _circle(entity: Any) -> tuple[float, float, float, str]:
     """Centre, radius and layer of a circle; a point is one without extent."""
-    circle = entity.dxftype() == "CIRCLE"
-    place = entity.dxf.center if circle else entity.dxf.location
-    return place.x, place.y, entity.dxf.radius if circle else 0.0, str(entity.dxf.layer)
+    layer = str(entity.dxf.layer)
+    if entity.dxftype() == "POINT":
+        return entity.dxf.location.x, entity.dxf.location.y, 0.0, layer
+    if abs(entity.dxf.extrusion.z) != 1:
+        raise ValueError("a circle does not lie in the drawing's plane")
+    place = entity.ocs().to_wcs(entity.dxf.center)  # mirrored where it is seen from below
+    return place.x, place.y, entity.dxf.radius, layer
 
 
 def _nm(value: float, unit: Fraction) -> int:

@@ -87,10 +87,15 @@ def _child(node: Node, name: str) -> Node | None:
 
 def _drills(board: Node) -> Iterator[tuple[Drill, bool]]:
     """Every drilled hole, and whether it is oval."""
+    usual = _via_drills(board)
     for via in _children(board, "via"):
-        at, drill = _child(via, "at"), _child(via, "drill")
-        if at is not None and drill is not None:
-            yield Drill(_nm(at[1]), -_nm(at[2]), _mm(drill[1]), "plated"), False
+        at, drill, net = _child(via, "at"), _child(via, "drill"), _child(via, "net")
+        if at is None:
+            continue
+        size = drill[1] if drill is not None else usual.get(str(net[1]) if net else "")
+        if size is None:
+            raise InputError(f"the via at {at[1]} {at[2]} has no drill, nor has its net class")
+        yield Drill(_nm(at[1]), -_nm(at[2]), _mm(size), "plated"), False
     for name in ("footprint", "module"):
         for footprint in _children(board, name):
             origin = _child(footprint, "at") or ["at", "0", "0"]
@@ -104,6 +109,18 @@ def _drills(board: Node) -> Iterator[tuple[Drill, bool]]:
                 plated = "non-plated" if pad[2] == "np_thru_hole" else "plated"
                 place = _nm(origin[1]) + x, -(_nm(origin[2]) + y)
                 yield Drill(*place, _mm(sizes[0]), plated), "oval" in drill
+
+
+def _via_drills(board: Node) -> dict[str, Any]:
+    """The drill of a net's vias that state none (KiCad 5 and before), by the net's number."""
+    names = {str(net[2]): str(net[1]) for net in _children(board, "net") if len(net) > 2}
+    found: dict[str, Any] = {}
+    for group in _children(board, "net_class"):
+        drill = _child(group, "via_drill")
+        for net in _children(group, "add_net"):
+            if drill is not None and str(net[1]) in names:
+                found[names[str(net[1])]] = drill[1]
+    return found
 
 
 def _turned(x: int, y: int, degrees: Fraction) -> tuple[int, int]:

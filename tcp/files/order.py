@@ -154,9 +154,10 @@ def read_order(
 
 def _read_text(path: Path) -> str:
     try:
-        if path.stat().st_size > MAX_BYTES:
+        with path.open("rb") as file:
+            data = file.read(MAX_BYTES + 1)
+        if len(data) > MAX_BYTES:
             raise InputError(f"more than {MAX_BYTES >> 20} MiB; a route is smaller", path)
-        data = path.read_bytes()
     except OSError as error:
         raise InputError(f"cannot be read: {error.strerror or error}", path) from None
     if b"\0" in data:
@@ -176,7 +177,7 @@ def _from_file_text(
     if path.suffix.lower() == ".json" or text.lstrip()[:1] == "{":
         return _from_json(text, workpiece, numbering)
     if re.search(r"^\s*TOUR_SECTION", text, re.MULTILINE):
-        return _from_tsplib(text, path, workpiece)
+        return _from_tsplib(text, path, workpiece, numbering)
     if path.suffix.lower() == ".csv" and _header(text):
         return _from_csv(text, path, workpiece, numbering, None)
     return _from_text(text, workpiece, numbering, with_lines=True)
@@ -201,20 +202,36 @@ def _from_json(text: str, workpiece: Workpiece, numbering: str) -> Order:
     return _from_labels([_label(v) for v in data], workpiece, numbering)
 
 
-def _from_tsplib(text: str, path: Path, workpiece: Workpiece) -> Order:
-    head, _, body = text.partition("TOUR_SECTION")
-    first = head.count("\n") + 1
+def _from_tsplib(text: str, path: Path, workpiece: Workpiece, numbering: str) -> Order:
+    """A tour over nodes by their ids, if all of these are numbers, or else counted from 1."""
+    section = re.search(r"^\s*TOUR_SECTION\s*:?", text, re.MULTILINE)
+    assert section is not None
+    first = text.count("\n", 0, section.end()) + 1
     labels: list[str] = []
     lines: list[int] = []
-    for number, line in enumerate(body.splitlines(), first):
+    ended = False
+    for number, line in enumerate(text[section.end() :].split("\n"), first):
         for token in line.split():
-            if token in ("-1", "EOF"):
-                numbering = "ids" if all(v.isdecimal() for v in workpiece.ids) else "1"
-                order = _from_labels(labels, workpiece, numbering)
-                return replace(order, lines=np.array(lines, dtype=np.int64))
+            if token == "EOF" or (token == "-1" and ended):
+                break
+            if ended:
+                raise InputError("more follows after the tour's -1; expected EOF", path, number)
+            if token == "-1":
+                ended = True
+                continue
             labels.append(token)
             lines.append(number)
-    raise InputError("the tour ends without -1; is the file truncated?", path)
+    if not ended and "EOF" not in text[section.end() :].split():
+        raise InputError("the tour ends without -1; is the file truncated?", path)
+    if numbering == "ids" and not numbered(workpiece):
+        numbering = "1"
+    order = _from_labels(labels, workpiece, numbering)
+    return replace(order, lines=np.array(lines, dtype=np.int64))
+
+
+def numbered(workpiece: Workpiece) -> bool:
+    """Whether all ids are whole numbers, so that a TSPLIB tour may name the holes by them."""
+    return all(v.isdecimal() and v.isascii() for v in workpiece.ids)
 
 
 def _header(text: str) -> list[str] | None:
@@ -259,11 +276,12 @@ def _from_csv(
 
 def _rows(text: str, delimiter: str, width: int, path: Path) -> list[tuple[int, list[str]]]:
     rows: list[tuple[int, list[str]]] = []
-    reader = csv.reader(io.StringIO(text), delimiter=delimiter)
+    bare = ("\n" if line.lstrip().startswith("#") else line for line in io.StringIO(text))
+    reader = csv.reader(bare, delimiter=delimiter)
     seen_header = False
     try:
         for row in reader:
-            if not row or not "".join(row).strip() or row[0].startswith("#"):
+            if not row or not "".join(row).strip():
                 continue
             if not seen_header:
                 seen_header = True
@@ -434,9 +452,14 @@ def _distinct(numbers: Ints) -> tuple[Ints, Ints]:
 def _from_labels(labels: Sequence[str], workpiece: Workpiece, numbering: str) -> Order:
     if not labels:
         raise InputError("holds no route; expected hole ids")
+    try:
+        "".join(labels).encode()
+    except UnicodeEncodeError:
+        raise InputError("holds half of a character (a lone surrogate)") from None
     numbers = _as_numbers(labels)
     if numbering != "ids" and numbers is None:
-        wrong = next(v for v in labels if not re.fullmatch(r"-?\d{1,18}", v, re.ASCII))
+        plain = (v for v in labels if not re.fullmatch(r"-?\d{1,18}", v, re.ASCII))
+        wrong = next(plain, max(labels, key=len))
         raise InputError(f"{shown(wrong)} is not a whole number below 10^18")
     if numbering != "ids" and numbers is not None:
         return _from_numbers(numbers, workpiece, numbering)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from fractions import Fraction
 
-from tcp.travel import Travel
+from tcp.travel import Model, Travel
 from tcp.workpiece import INCH, Workpiece
 
 UNITS = {"mm": Fraction(1), "inch": INCH}
@@ -29,6 +29,16 @@ class Reading:
     workpiece: Workpiece
     travel: Travel | None = None
     notes: tuple[str, ...] = ()
+
+
+def travel_as(own: Travel | None, model: Model | None) -> Travel:
+    """The travel model asked for, else the file's own, else sequential.
+
+    A model that is the file's own keeps the file's own rounding.
+    """
+    if own is not None and model in (None, own.model):
+        return own
+    return Travel(model or Model.SEQUENTIAL)
 
 
 def coincidence_note(workpiece: Workpiece) -> list[str]:

@@ -9,6 +9,7 @@ from fractions import Fraction
 
 import numpy as np
 
+from tcp.files.order import numbered
 from tcp.result import decimal
 from tcp.workpiece import Ints, Workpiece
 
@@ -66,7 +67,7 @@ def in_millimetres(steps: Ints, step: Fraction) -> list[str]:
 
 
 def route_tour(workpiece: Workpiece, route: Sequence[int], remarks: Sequence[str] = ()) -> str:
-    """A route as a TSPLIB tour: nodes by their number in the file, from 1.
+    """A route as a TSPLIB tour: nodes by their ids if all of these are numbers, else from 1.
 
     TSPLIB knows only closed tours; an open path is written from its first to
     its last hole, and a comment says so.
@@ -74,5 +75,6 @@ def route_tour(workpiece: Workpiece, route: Sequence[int], remarks: Sequence[str
     lines = [f"NAME : {workpiece.name}.tour"]
     lines += [f"COMMENT : {' '.join(remark.split())}" for remark in remarks]
     lines += ["TYPE : TOUR", f"DIMENSION : {len(workpiece)}", "TOUR_SECTION"]
-    lines += [str(i + 1) for i in route]
+    own = numbered(workpiece)
+    lines += [workpiece.ids[i] if own else str(i + 1) for i in route]
     return "\n".join([*lines, "-1", "EOF", ""])

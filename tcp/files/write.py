@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import sys
 import tempfile
 from collections.abc import Callable
 from pathlib import Path
@@ -16,7 +17,7 @@ def write_file(
     """Write to a temporary file beside ``path``, read it back, and rename it into place.
 
     ``check`` sees what was read back and may raise: then nothing is renamed.
-    Devices and pipes such as ``/dev/stdout`` are written directly.
+    Devices and pipes such as ``/dev/stdout`` are written directly, see :func:`is_stream`.
 
     Raises
     ------
@@ -24,14 +25,41 @@ def write_file(
         If the file cannot be written; what stood there before is untouched.
     """
     path = Path(path)
-    data = content.encode() if isinstance(content, str) else content
+    data = content.encode("utf-8", "replace") if isinstance(content, str) else content
     try:
-        if path.exists() and not path.is_file():
+        number = _our_output(path)
+        if number is not None:
+            (sys.stdout if number == 1 else sys.stderr).flush()
+            with os.fdopen(os.dup(number), "wb") as stream:
+                stream.write(data)
+        elif is_stream(path):
             path.write_bytes(data)
         else:
             _replace(real_path(path), data, check)
     except OSError as error:
         raise OutputError(f"cannot write {path}: {system_reason(error)}") from None
+
+
+def is_stream(path: Path) -> bool:
+    """Whether a path is a device or pipe, or a file that this process' output goes to.
+
+    ``/dev/stdout`` may lead to a file: it is written on, never replaced.
+    """
+    if path.is_dir() or not path.exists():
+        return False
+    return not path.is_file() or _our_output(path) is not None
+
+
+def _our_output(path: Path) -> int | None:
+    """The descriptor, 1 or 2, that is open to the file at ``path``; None for any other file."""
+    for number in (1, 2):
+        try:
+            ours, found = os.fstat(number), path.stat()
+        except OSError:  # closed, or not there
+            continue
+        if (found.st_dev, found.st_ino) == (ours.st_dev, ours.st_ino):
+            return number
+    return None
 
 
 def real_path(path: Path) -> Path:
@@ -40,7 +68,7 @@ def real_path(path: Path) -> Path:
 
 
 def _replace(path: Path, data: bytes, check: Callable[[bytes], None] | None) -> None:
-    handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name[:100]}.")
+    handle, name = tempfile.mkstemp(dir=path.parent, prefix=".tcp-")
     temporary = Path(name)
     try:
         with os.fdopen(handle, "wb") as file:

@@ -6,7 +6,7 @@ from collections import Counter
 
 from tcp.result import decimal
 from tcp.validate.auditing import Audit, Entry
-from tcp.validate.repairs import Repair, Repairs
+from tcp.validate.repairs import MOST, Repair, Repairs
 
 REPAIRS_SHOWN = 10
 """So many smallest repairs are shown; JSON has them all."""
@@ -82,7 +82,9 @@ def repair_lines(repairs: Repairs) -> list[str]:
     ways = "way" if repairs.total == 1 else "ways"
     changed = "1 change" if repairs.changes == 1 else f"{repairs.changes} changes"
     total = str(repairs.total) if repairs.total < 10**9 else f"{float(repairs.total):.3g}"
-    looked = "" if repairs.complete else ", of which only the first were listed"
+    total += " or more" if repairs.total == MOST else ""
+    listed = "only the first were" if repairs.smallest else "none is"
+    looked = "" if repairs.complete else f", of which {listed} listed"
     lines = [f"smallest repairs: {total} {ways} with {changed}{looked}"]
     lines += [f"  {_described(repairs, one)}" for one in repairs.smallest[:REPAIRS_SHOWN]]
     if len(repairs.smallest) > REPAIRS_SHOWN:

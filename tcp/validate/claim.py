@@ -16,7 +16,7 @@ from tcp.instance import Instance
 from tcp.result import decimal
 from tcp.validate.findings import Finding, Location, Severity, finding, worst
 from tcp.validate.known import Known
-from tcp.validate.readings import readings, slack, swaps
+from tcp.validate.readings import fine, readings, slack, swaps
 from tcp.validate.sequence import Count, count, sequence_findings, walk
 
 Ints = NDArray[np.int64]
@@ -148,7 +148,9 @@ def _time_findings(
     instance: Instance, order: Order, cost: int, claimed: Printed, valid: bool
 ) -> list[Finding]:
     time = cost * instance.quantum
-    agreement = claimed.agreement(time, slack(instance, len(order)))
+    finer, off = fine(instance, len(order))
+    exact = time if finer is instance else walk(finer, order.entries) * finer.quantum
+    agreement = claimed.agreement(exact, off)
     figures: dict[str, Any] = {"claimed": claimed.text, "recomputed": decimal(time)}
     if agreement.holds:
         return [_agreed(agreement, claimed, time, valid, figures)]
@@ -244,7 +246,7 @@ def optimality(
     highest = (
         None if claimed is None else claimed.value + claimed.unit + slack(instance, len(instance))
     )
-    if claimed is not None and highest is not None and highest < lower:
+    if claimed is not None and highest is not None and highest <= lower:
         what = "optimum" if known.optimal else "lower bound"
         found.append(
             finding(
@@ -265,6 +267,16 @@ def optimality(
 
 
 def _against(instance: Instance, cost: int, known: Known, optimal: bool) -> Finding:
+    if cost < known.lower and not known.certified:
+        lower, _ = known.times(instance)
+        what = "optimum" if known.optimal else "lower bound"
+        took = decimal(cost * instance.quantum)
+        return finding(
+            "TCP307",
+            f"the stated {what} {decimal(lower)} is wrong: this valid route takes {took}",
+            time=took,
+            bound=decimal(lower),
+        )
     if cost < known.lower:
         raise RuntimeError(
             f"the certificate {known.source} bounds {instance.name} by {known.lower} quanta, but a "
@@ -278,24 +290,29 @@ def _against(instance: Instance, cost: int, known: Known, optimal: bool) -> Find
             f"{decimal(time)} is optimal: the {known.word} optimum",
             optimum=decimal(lower),
         )
-    above = float((time - lower) / lower * 100) if lower else float("inf")
+    above = float((time - lower) / lower * 100) if lower else None
     if upper is not None and time > upper:
         what = "optimum" if known.optimal else "best known route"
         base = lower if known.optimal else upper
-        percent = float((time - base) / base * 100) if base else float("inf")
+        percent = float((time - base) / base * 100) if base else None
         return finding(
             "TCP302",
-            f"valid, but {decimal(time)} is {percent:.3f} % above the {known.word} {what} "
+            f"valid, but {decimal(time)} is {_percent(percent)}above the {known.word} {what} "
             f"{decimal(base)}",
             severity=Severity.WARNING if optimal else Severity.NOTE,
             time=decimal(time),
             optimum=decimal(base),
-            percent=round(percent, 6),
+            percent=None if percent is None else round(percent, 6),
         )
     return finding(
         "TCP305",
-        f"valid, {above:.3f} % above the {known.word} lower bound {decimal(lower)}",
+        f"valid, {_percent(above)}above the {known.word} lower bound {decimal(lower)}",
         time=decimal(time),
         bound=decimal(lower),
-        percent=round(above, 6),
+        percent=None if above is None else round(above, 6),
     )
+
+
+def _percent(value: float | None) -> str:
+    """The words before "above"; nothing above a bound of 0, of which there is no share."""
+    return "" if value is None else f"{value:.3f} % "

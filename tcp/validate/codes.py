@@ -189,6 +189,14 @@ CODES: dict[str, Code] = {
         "A figure without a valid sequence can still be right.",
         "Nothing.",
     ),
+    "TCP307": Code(
+        "stated-bound-wrong",
+        "error",
+        "A valid route is faster than the optimum or lower bound that was stated.",
+        "The bound comes from `--optimum` or `--lower-bound`, not from a certificate; the route "
+        "refutes it.",
+        "Doubt whoever stated it; `tcp solve --exact` finds the optimum.",
+    ),
     "TCP401": Code(
         "least-above-average",
         "error",

@@ -21,7 +21,7 @@ from tcp.files.printed import Printed, parse_printed
 Value = Fraction | tuple[int, ...]
 
 MAX_FACTORIAL = 1000
-MAX_BITS = 100_000
+MAX_BITS = 14_000
 
 
 class Figures(Protocol):

@@ -29,6 +29,9 @@ SWAP_LIMIT = 2000
 
 MIRROR_LIMIT = 100_000
 
+FINE = tuple(Fraction(1, 10**places) for places in (12, 10, 8, 6, 5, 4))
+"""Quanta by which a time is measured that no quantum defines."""
+
 _ORIGIN = (Fraction(0), Fraction(0))
 _UNITS = (("", Fraction(1)), ("inch for mm", INCH), ("mm for inch", 1 / INCH))
 _NAMES = {
@@ -58,10 +61,32 @@ class Reading:
 
 
 def slack(instance: Instance, moves: int) -> Fraction:
-    """How far a sum of ``moves`` rounded costs can lie from the exact time."""
+    """How far a sum of ``moves`` rounded costs can lie from the exact time.
+
+    Where a file or the user states the quantum, rounded costs are what times are.
+    """
     rule = instance.rule
     exact = (rule.kind in (Kind.SUM, Kind.MAX) and rule.params[2] == 1) or rule.kind is Kind.MATRIX
-    return Fraction(0) if exact else instance.quantum * (moves + 1) / (1 if rule.up else 2)
+    if exact or instance.travel.quantum is not None:
+        return Fraction(0)
+    return instance.quantum * (moves + 1) / (1 if rule.up else 2)
+
+
+def fine(instance: Instance, moves: int) -> tuple[Instance, Fraction]:
+    """The instance in the finest quantum that fits, and what it leaves open in so many moves.
+
+    Only the default quantum is ours to refine.
+    """
+    if slack(instance, moves) == 0:
+        return instance, Fraction(0)
+    for quantum in FINE:
+        try:
+            finer = replace(instance, travel=replace(instance.travel, quantum=quantum))
+            finer.rule  # noqa: B018  (bound now: it may not fit)
+        except UsageError:
+            continue
+        return finer, quantum * (moves + 1) / (1 if finer.rule.up else 2)
+    return instance, slack(instance, moves)
 
 
 def readings(instance: Instance, entries: Ints, claimed: Printed) -> list[Reading]:
@@ -81,8 +106,8 @@ def readings(instance: Instance, entries: Ints, claimed: Printed) -> list[Readin
         return found  # far more entries than holes: no reading makes that a route
     for order_name, order in _orders(instance, entries):
         for machine_name, machine in _machines(instance):
-            off = slack(machine, len(order))
-            for end_name, time in _times(machine, order):
+            finer, off = fine(machine, len(order))
+            for end_name, time in _times(finer, order):
                 for unit_name, unit in _UNITS:
                     parts = (order_name, machine_name, end_name, unit_name)
                     name = ", ".join(part for part in parts if part)

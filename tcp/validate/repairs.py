@@ -32,6 +32,9 @@ Ints = NDArray[np.int64]
 LISTED = 1000
 """So many smallest repairs are listed (fewer for very long sequences)."""
 
+COUNTED, MOST = 50, 10**18
+"""With more changes than the first, or so many ways, the number of ways is given as the second."""
+
 _WORK = 20_000_000
 
 
@@ -65,7 +68,7 @@ class Repairs:
     changes : int
         Entries that every smallest repair replaces, deletes or inserts.
     total : int
-        Number of ways to do that.
+        Number of ways to do that; :data:`MOST` stands for that many or more.
     smallest : tuple of Repair
         Those that satisfy the ends and rules, cheapest first; of the first
         :data:`LISTED` ways where there are more.
@@ -189,17 +192,21 @@ class _Slots:
 
     @property
     def total(self) -> int:
-        """Number of smallest repairs."""
+        """Number of smallest repairs, up to :data:`MOST`."""
         s, m = self.surplus, len(self.missing)
+        if self.changes > COUNTED or len(self.groups) > COUNTED:
+            return MOST
         ways = math.prod(len(g) for g in self.groups)
         if s >= m:
-            return ways * math.perm(s, m)
+            return min(ways * math.perm(s, m), MOST)
         kept = len(self.entries)
         gaps = math.prod(range(kept + 1, kept + 1 + m - s))
-        return ways * math.perm(m, s) * gaps
+        return min(ways * math.perm(m, s) * gaps, MOST)
 
     def repairs(self) -> Iterator[tuple[tuple[int, ...], list[tuple[str, int, int]]]]:
-        """Every smallest repair with its edits (kind, place from 0, hole)."""
+        """Every smallest repair with its edits (kind, place from 0, hole); none of very many."""
+        if self.changes > COUNTED:
+            return
         for stay in itertools.product(*self.groups):
             free = [*self.unknown, *(k for g in self.groups for k in g if k not in stay)]
             free.sort()
@@ -217,16 +224,13 @@ class _Slots:
     ) -> Iterator[tuple[tuple[int, ...], list[tuple[str, int, int]]]]:
         base, edits = self._edit(fills, free, ())
 
-        def put(route: tuple[int, ...], k: int) -> Iterator[tuple[int, ...]]:
-            if k == len(rest):
-                yield route
-                return
-            for gap in range(len(route) + 1):
-                yield from put((*route[:gap], rest[k], *route[gap:]), k + 1)
-
-        for route in put(base, 0):
-            added = [("insert", route.index(h), h) for h in rest]
-            yield route, edits + added
+        gaps = (range(len(base) + 1 + k) for k in range(len(rest)))
+        for places in itertools.product(*gaps):
+            route = list(base)
+            for place, hole in zip(places, rest, strict=True):
+                route.insert(place, hole)
+            at = {hole: k for k, hole in enumerate(route)}
+            yield tuple(route), edits + [("insert", at[h], h) for h in rest]
 
     def _edit(
         self, fills: dict[int, int], free: list[int], _: tuple[()]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from fractions import Fraction
 
+from tcp.errors import InputError
 from tcp.files.claims import Claim
 from tcp.files.printed import Printed
 from tcp.instance import Instance
@@ -135,7 +136,10 @@ def _search(claim: Claim, figures: Figures) -> list[Finding]:
                 )
                 found.append(finding("TCP408", text, exact=decimal(exact)))
         if space is not None and solutions is not None and ratio is not None:
-            exact = solutions.value / number(space, figures)
+            size = number(space, figures)
+            if not size:
+                raise InputError("a solution_space of 0 has no share")
+            exact = solutions.value / size
             if not ratio.agreement(exact).holds:
                 shown = f"{float(exact * 100):.4g}%"
                 text = f"the {which} search ratio is {shown}, not {ratio}"

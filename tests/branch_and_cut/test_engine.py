@@ -314,6 +314,35 @@ def test_a_pair_that_is_priced_out_and_in_keeps_its_leaf_closed(tmp_path):
     assert checker.check(proof.read_bytes(), None, instance.sha256).lower == 10
 
 
+D, NOUGHT = [19, 10, 19, 10, 18, -18], [0] * 6
+D0, D1 = [11, 16, 16, 12, 10, -12], [21, 6, 24, 12, 14, -24]
+
+
+@pytest.mark.parametrize(
+    ("lower", "fixes", "edge", "leaves"),
+    [
+        (5, [(10, [16, 14, 20, 9, 22, -19])], None, [(1, NOUGHT)]),
+        (10, [(10, D0), (10, D1), (1, NOUGHT)], (1, 5), [(10, D0), (10, D1)]),
+    ],
+)
+def test_pairs_that_one_proof_forces_and_another_kills(tmp_path, lower, fixes, edge, leaves):
+    """What the checker accepts is gone on with to what it accepts."""
+    instance = Instance(FIVE)
+    given = [files.Duals(scale, np.array(pi)) for scale, pi in (*fixes, *leaves)]
+    tree: list[files.Node] = [files.Fix(d, k + 1) for k, d in enumerate(given[: len(fixes)])]
+    if edge is not None:
+        tree.append(files.EdgeBranch(*edge, len(tree) + 1, len(tree) + 2))
+    tree += [files.Leaf(d) for d in given[len(fixes) :]]
+    state, proof = tmp_path / "state.json", tmp_path / "proof.json"
+    route = (4, 0, 1, 3, 2)
+    files.write(
+        files.Certificate.for_instance(instance, lower=lower, route=route, tree=tree), state
+    )
+    checker.check(state.read_bytes(), None, instance.sha256)
+    result = solve(instance, "branch-and-cut", resume=state, certificate=proof)
+    assert (result.cost, result.status, result.proof) == (10, Status.OPTIMAL, Proof.CERTIFIED)
+
+
 def test_a_state_that_is_not_true_is_refused(tmp_path):
     """Teeth that overlap, multipliers of no branch, routes that are none."""
     from tcp.errors import InputError

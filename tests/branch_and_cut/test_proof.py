@@ -105,12 +105,15 @@ def test_eliminated_pairs_are_in_no_cheap_tour(seed, travel, more):
     scaled = verdict(problem, duals, Fixings.root(problem), Alive.everything()).scaled
     every = tours(problem)
     need = min(problem.form.tour_cost(t) for t in every) + more
-    keys = survivors(problem, duals, scaled, need, Alive.everything(), 10**6)
+    found = survivors(problem, duals, scaled, need, Alive.everything(), 10**6)
+    assert found is not None
     for tour in every:
         if problem.form.tour_cost(tour) <= need:
             used = problem.keys(np.array(tour), np.roll(np.array(tour), -1))
-            assert np.isin(used, keys).all()
-    assert survivors(problem, duals, scaled, need, Alive.everything(), 0) is None or not len(keys)
+            assert np.isin(used, found.kept).all()
+            assert np.isin(found.used, used).all()
+    none = survivors(problem, duals, scaled, need, Alive.everything(), 0)
+    assert none is None or not len(found.kept)
 
 
 @pytest.mark.parametrize(

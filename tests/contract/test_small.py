@@ -55,6 +55,7 @@ def workpiece(points: list[tuple[int, int]], step: Fraction = Fraction(1, 10)) -
     matrix = (np.abs(x[:, None] - x[None, :]) + noise).astype(np.int64)
     np.fill_diagonal(matrix, 0)
     ids = tuple(str(i + 1) for i in range(n))
+    x[-1] += int(not x.any() and not y.any())  # times without places are explicit, or refused
     return Workpiece("board", ids, x, y, step, matrix=matrix)
 
 

@@ -206,13 +206,22 @@ def ceiling(scaled: int, scale: int, granularity: int) -> int:
     return -(-scaled // step) * granularity
 
 
+@dataclass(frozen=True, eq=False)
+class Survivors:
+    """Keys of the pairs that a better tour may use, and of those that every one of them uses."""
+
+    kept: Ints
+    used: Ints
+
+
 def survivors(
     problem: Problem, duals: Duals, scaled: int, need: int, alive: Alive, limit: int
-) -> Ints | None:
-    """Keys of the pairs that a tour of cost up to ``need`` may use, or None if too many.
+) -> Survivors | None:
+    """The pairs that a tour of cost up to ``need`` may use, or None if too many.
 
     A pair with ``LB + rc > need`` is in no such tour: its own rc adds to the
-    bound if it is used.
+    bound if it is used.  One with ``LB - rc > need`` is in all of them.  A pair of negative rc
+    always stays, as it does for the checker, whose domain must not be larger than this.
 
     Parameters
     ----------
@@ -226,7 +235,12 @@ def survivors(
     slack = min(need * duals.scale - scaled, ROOM)
     prices = duals.prices(problem)
     if alive.keys is not None:
-        rc = prices.of(alive.i, alive.j, alive.cost)
-        return alive.keys[rc <= slack]
-    i, j, _, _, count, _ = prices.below(slack + 1, limit)
-    return None if count > limit else np.unique(problem.keys(i, j))
+        keys, rc = alive.keys, prices.of(alive.i, alive.j, alive.cost)
+    else:
+        i, j, _, rc, count, _ = prices.below(max(slack + 1, 0), limit)
+        if count > limit:
+            return None
+        keys = problem.keys(i, j)
+    kept = np.unique(keys[rc <= max(slack, -1)])
+    used = np.unique(keys[(rc < 0) & (-rc > slack)])
+    return Survivors(kept, np.setdiff1d(used, problem.forbidden))

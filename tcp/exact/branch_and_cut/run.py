@@ -67,7 +67,8 @@ def run(
     """
     if save_state is not None:
         certifiable(instance)
-    state = None if resume is None else load(resume, instance)
+    with clock.paused():
+        state = None if resume is None else load(resume, instance)
     if instance.form.size <= 2:
         return _tiny(instance)
     engine = _Engine(instance, clock, report, None if save_state is None else Path(save_state))

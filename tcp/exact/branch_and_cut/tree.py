@@ -9,6 +9,7 @@ from __future__ import annotations
 import heapq
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import reduce
 
 import numpy as np
 
@@ -18,6 +19,7 @@ from tcp.exact.branch_and_cut.proof import Alive, Duals, Fixings, survivors, ver
 from tcp.exact.branch_and_cut.relaxation import SetBranch, Snapshot
 from tcp.exact.branch_and_cut.support import Support
 from tcp.stop import StopReason
+from tcp.travel import Ints
 
 FEW = 60
 """Eliminated instances keep at most this many pairs a node; otherwise none is eliminated."""
@@ -78,6 +80,7 @@ class Tree:
     saved: Callable[[Tree], None] = lambda tree: None
     nodes: list[Node] = field(default_factory=list)
     fixes: list[Duals] = field(default_factory=list)
+    used: Ints = field(default_factory=lambda: np.zeros(0, np.int64))
     heap: list[tuple[int, int, int]] = field(default_factory=list)
     root_duals: Duals | None = None
     root_scaled: int = 0
@@ -290,10 +293,11 @@ class Tree:
         problem = cutter.problem
         scaled = verdict(problem, duals, Fixings.root(problem), cutter.alive).scaled
         need = cost - problem.granularity
-        keys = survivors(problem, duals, scaled, need, cutter.alive, FEW * problem.size)
-        if keys is None:
+        found = survivors(problem, duals, scaled, need, cutter.alive, FEW * problem.size)
+        if found is None:
             return
-        keys = np.union1d(keys, problem.forced)
+        keys = reduce(np.union1d, (found.kept, problem.forced, self.used))
+        self.used = np.union1d(self.used, found.used)
         if cutter.alive.keys is not None and len(keys) == len(cutter.alive.keys):
             return
         if not any(duals is d for d in self.fixes):
