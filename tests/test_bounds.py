@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import json
+import os
+import subprocess
+import sys
 from fractions import Fraction
 
 import networkx as nx
@@ -108,6 +111,23 @@ def test_spanning_trees_are_lightest_over_all_pairs(travel, seed):
     if not bans:
         again = prim(weights, must)
         assert weights[again[:, 0], again[:, 1]].sum() == weights[tree[:, 0], tree[:, 1]].sum()
+
+
+def test_compiling_is_not_counted(tmp_path):
+    """With an empty cache a second is enough for a hundred holes."""
+    program = """if True:
+        import numpy as np
+        from tcp import Instance, Workpiece
+        from tcp.bounds.one_tree import one_tree_bound
+        from tcp.stop import Clock, Stop
+        x, y = np.random.default_rng(1).integers(0, 10**4, (2, 100))
+        instance = Instance(Workpiece("random", tuple(map(str, range(100))), x, y))
+        cold = one_tree_bound(instance, clock=Clock(Stop(time=1)))
+        warm = one_tree_bound(instance, clock=Clock(Stop(time=1)))
+        assert cold.iterations > warm.iterations / 4
+    """
+    environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path)}
+    subprocess.run([sys.executable, "-c", program], env=environment, check=True)
 
 
 def test_two_candidates_a_node_cannot_make_a_bound_too_high():

@@ -26,7 +26,7 @@ from tcp.bounds.spanning import HUGE, Cells, boruvka, cells, kruskal, prim
 from tcp.instance import Instance
 from tcp.kernels import pack
 from tcp.result import Progress, Report, silent
-from tcp.stop import Clock, Stop
+from tcp.stop import Clock, Stop, compiling_is_free
 from tcp.travel import Ints
 
 PRECISION = 2**10
@@ -92,7 +92,8 @@ def one_tree_bound(
     width : int
         Candidate pairs per node, 2 to 50.
     clock : Clock, optional
-        Ends the ascent early; the bound is valid all the same.
+        Ends the ascent early; the bound is valid all the same.  It stands still while numba
+        compiles.
     report : callable
         Receives the exact bounds as they come.
 
@@ -104,7 +105,14 @@ def one_tree_bound(
     clock = clock or Clock(Stop())
     if instance.form.size <= 3:
         return _only_tour(instance)
-    ground = _Ground.of(instance, width)
+    with compiling_is_free(clock):
+        return _ascend(_Ground.of(instance, width), iterations, width, clock, report)
+
+
+def _ascend(
+    ground: _Ground, iterations: int | None, width: int, clock: Clock, report: Report
+) -> Bound:
+    """The ascent, in rounds that each end in an exact bound."""
     total = iterations or int(np.clip(200_000_000 // (ground.n * width), 200, 2_000))
     best = ground.exact(np.zeros(ground.n), 0)  # no potentials: at least 0
     ascent = _Ascent(ground, ground.place[best.tree])
