@@ -1101,6 +1101,19 @@ def test_the_oldest_backup_stays_when_a_better_order_is_found(drill, tmp_path):
     assert (tmp_path / "b.drl.bak").read_bytes() == b"\n".join(other)
 
 
+def test_a_reader_that_leaves_is_no_finding(drill, tmp_path):
+    command = "tcp optimize --effort fast --dry-run b.drl b.drl b.drl; echo $? > code"
+    done = shell(f"({command}) | true; cat code", tmp_path)
+    assert done.stdout == "7\n" and "nobody reads" in done.stderr
+
+
+def test_patterns_work_in_folders_too(drill, tmp_path):
+    (tmp_path / "fab one").mkdir()
+    drill.rename(tmp_path / "fab one" / "b.drl")
+    done = shell("tcp optimize --effort fast --dry-run 'fab*/b*.drl'", tmp_path)
+    assert done.returncode == 0, done.stderr
+
+
 def test_an_older_backup_stays_if_forced(drill, tmp_path):
     before = drill.read_bytes()
     (tmp_path / "b.drl.bak").write_text("the first version")

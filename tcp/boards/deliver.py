@@ -171,9 +171,10 @@ def collect(given: Sequence[Path]) -> tuple[list[Path], list[InputError]]:
 def _meant(path: Path) -> Iterable[Path]:
     if path.is_dir():
         return _inside(path)
-    if path.exists() or not any(c in path.name for c in "*?["):
+    if path.exists() or not any(c in str(path) for c in "*?["):
         return [path]
-    matches = sorted(path.parent.glob(path.name))
+    anchor = Path(path.anchor)
+    matches = sorted(anchor.glob(str(path.relative_to(anchor))))
     if MARK not in path.name:
         matches = [match for match in matches if MARK not in match.stem]
     if not matches:

@@ -67,6 +67,14 @@ class TcpGroup(click.Group):
         with formatter.section("Commands"):
             formatter.write_dl(list(COMMANDS.items()))
 
+    def invoke(self, ctx: click.Context) -> Any:
+        """Run the subcommand; a reader that leaves is told, where click would exit with 1."""
+        try:
+            return super().invoke(ctx)
+        except BrokenPipeError:
+            os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # what is left to flush goes nowhere
+            raise OutputError("stopped, because nobody reads the result any more") from None
+
     def main(self, *args: Any, **extra: Any) -> Any:
         """Run the command line; always leaves with ``SystemExit``, for tests as for users."""
         extra["standalone_mode"] = False
@@ -93,8 +101,6 @@ def guarded(run: Callable[[], Any]) -> Any:
         return Exit.INTERRUPTED
     except PermissionError as error:
         return complain(OutputError(f"cannot look at {error.filename}: permission denied"))
-    except BrokenPipeError:
-        raise
     except OSError as error:
         if error.errno not in NOT_OURS:
             return _internal(error)
