@@ -119,7 +119,7 @@ def solve(
     entry, module = _look_up(name, exact)
     _check_call(name, instance, seed, options)
     if certificate is not None:
-        from tcp.files.certificate import certifiable
+        from tcp.files.certifiable import certifiable
 
         certifiable(instance)
     if exact and "exact" in inspect.signature(module.run).parameters:

@@ -78,7 +78,7 @@ def bounded(
 ) -> dict[str, Any]:
     """The bound of an instance by one of the methods, as plain data."""
     if proof is not None:
-        from tcp.files.certificate import certifiable
+        from tcp.files.certifiable import certifiable
 
         certifiable(instance)
     clock = Clock(Stop(time=time_limit))

@@ -29,7 +29,7 @@ from typing import Any
 
 import numpy as np
 
-from tcp.errors import InputError, UsageError
+from tcp.errors import InputError
 from tcp.files.write import write_file
 from tcp.instance import Instance
 from tcp.travel import Ints, describe
@@ -224,25 +224,6 @@ class Certificate:
             cuts=tuple(used.cuts),
             tree=nodes,
         )
-
-
-def certifiable(instance: Instance) -> None:
-    """See before the work that there can be a certificate of it.
-
-    Raises
-    ------
-    UsageError
-        For rules that the format does not know.
-    """
-    rules = instance.rules
-    names = {
-        "a jump in diameters": rules.jump_diameters,
-        "axis balance": rules.balance,
-        "a longest axis run": rules.axis_run,
-    }
-    unknown = [name for name, value in names.items() if value is not None]
-    if unknown:
-        raise UsageError(f"certificates know no rule about {unknown[0]}; drop one of the two")
 
 
 def children(node: Node) -> tuple[int, ...]:

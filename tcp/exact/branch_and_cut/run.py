@@ -17,7 +17,8 @@ from tcp.exact.branch_and_cut.relaxation import Relaxation
 from tcp.exact.branch_and_cut.saved import load, replant
 from tcp.exact.branch_and_cut.scout import Scout
 from tcp.exact.branch_and_cut.tree import Tree
-from tcp.files.certificate import Certificate, certifiable, write
+from tcp.files.certifiable import certifiable
+from tcp.files.certificate import Certificate, write
 from tcp.instance import Instance
 from tcp.result import Outcome, Progress, Report
 from tcp.stop import Clock, StopReason
