@@ -30,7 +30,8 @@ Examples:
 one-tree: Held-Karp ascent, for any number of holes in O(n) memory.
 lp:       the linear programme of branch-and-cut without its branching, sharper,
           for up to several thousand holes.
-Both are valid bounds in exact arithmetic, whenever they are stopped."""
+Both are valid bounds in exact arithmetic whenever they are stopped; lp has none
+before it has priced all pairs for the first time."""
 
 
 @click.command(epilog=EPILOG)
