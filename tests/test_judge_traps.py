@@ -135,6 +135,9 @@ def test_a_tours_numbers_are_read_as_asked(tmp_path):
     words = ("validate", board, "--route-file", tour, "--claimed")
     assert run(*words, "35").exit_code == 0
     assert run(*words, "55", "--numbering", "1").exit_code == 0
+    for text in ("3 1 2 4\n-1\nEOF\n99\n", "3 1 2 4\nEOF\n99\n", "3 1 2 4 -1 -1 EOF"):
+        tour.write_text(f"TOUR_SECTION\n{text}")  # whatever stands behind the end
+        assert run(*words, "35").exit_code == 0
     tour.write_text("TOUR_SECTION\n3 1\n-1\n2 4\n-1\nEOF\n")
     done = run(*words, "35")
     assert done.exit_code == 3 and "t.tour:4: more follows" in done.output

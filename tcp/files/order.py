@@ -207,26 +207,20 @@ def _from_tsplib(text: str, path: Path, workpiece: Workpiece, numbering: str) ->
     section = re.search(r"^\s*TOUR_SECTION\s*:?", text, re.MULTILINE)
     assert section is not None
     first = text.count("\n", 0, section.end()) + 1
-    labels: list[str] = []
-    lines: list[int] = []
-    ended = False
-    for number, line in enumerate(text[section.end() :].split("\n"), first):
-        for token in line.split():
-            if token == "EOF" or (token == "-1" and ended):
-                break
-            if ended:
-                raise InputError("more follows after the tour's -1; expected EOF", path, number)
-            if token == "-1":
-                ended = True
-                continue
-            labels.append(token)
-            lines.append(number)
-    if not ended and "EOF" not in text[section.end() :].split():
+    body = enumerate(text[section.end() :].split("\n"), first)
+    found = [(token, number) for number, line in body for token in line.split()]
+    tokens = [token for token, _ in found]
+    last = tokens.index("EOF") if "EOF" in tokens else len(tokens)
+    end = tokens.index("-1", 0, last) if "-1" in tokens[:last] else last
+    if end == len(tokens):
         raise InputError("the tour ends without -1; is the file truncated?", path)
+    more = [number for token, number in found[end:last] if token != "-1"]
+    if more:
+        raise InputError("more follows after the tour's -1; expected EOF", path, more[0])
     if numbering == "ids" and not numbered(workpiece):
         numbering = "1"
-    order = _from_labels(labels, workpiece, numbering)
-    return replace(order, lines=np.array(lines, dtype=np.int64))
+    order = _from_labels(tokens[:end], workpiece, numbering)
+    return replace(order, lines=np.array([number for _, number in found[:end]], dtype=np.int64))
 
 
 def numbered(workpiece: Workpiece) -> bool:
