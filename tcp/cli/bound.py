@@ -10,16 +10,11 @@ import click
 
 from tcp.cli.main import complain
 from tcp.cli.options import READ, Problem, problem_options
-from tcp.cli.terminal import check_outputs, output_path, tell
+from tcp.cli.terminal import PROOF, PROOF_ENDINGS, check_outputs, output_path, tell
 from tcp.errors import Exit, TcpError
 from tcp.instance import Instance
 from tcp.result import decimal
 from tcp.stop import Clock, Stop
-
-PROOF = ".cert.json.gz"
-"""What a certificate is called in a folder, behind the stem of its file."""
-
-ENDINGS = (".json", ".json.gz")
 
 EPILOG = """\b
 Examples:
@@ -53,7 +48,7 @@ def command(
     """Prove a lower bound on every route of each FILE, without looking for the best route."""
     many = len(files) > 1
     proofs = [certificate and output_path(certificate, path, many, PROOF) for path in files]
-    check_outputs([(proof, ENDINGS) for proof in proofs if proof is not None], files)
+    check_outputs([(proof, PROOF_ENDINGS) for proof in proofs if proof is not None], files)
     worst = Exit.OK
     for path, proof in zip(files, proofs, strict=True):
         try:

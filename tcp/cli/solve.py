@@ -12,7 +12,7 @@ import click
 
 from tcp.cli.main import complain
 from tcp.cli.options import READ, Problem, number, problem_options, setting
-from tcp.cli.terminal import check_outputs, on_terminal, output_path, tell
+from tcp.cli.terminal import PROOF, PROOF_ENDINGS, check_outputs, on_terminal, output_path, tell
 from tcp.errors import Exit, TcpError
 from tcp.instance import Instance
 from tcp.report.data import result_data
@@ -92,7 +92,7 @@ class Outputs:
 
     def proof(self, path: Path) -> Path | None:
         """Where the proof about the workpiece in ``path`` goes."""
-        return self.place(self.certificate, path, ".cert.json.gz")
+        return self.place(self.certificate, path, PROOF)
 
     def route(self, path: Path) -> Path | None:
         """Where its route goes."""
@@ -109,7 +109,7 @@ class Outputs:
             (place(path), suffixes)
             for path in files
             for place, suffixes in (
-                (self.proof, (".json", ".json.gz")),
+                (self.proof, PROOF_ENDINGS),
                 (self.route, (".csv", ".tour")),
                 (self.picture, (".svg", ".png")),
             )

@@ -20,6 +20,12 @@ def on_terminal() -> bool:
     return all(stream is not None and stream.isatty() for stream in (sys.stdout, sys.stderr))
 
 
+PROOF = ".cert.json.gz"
+"""What a certificate is called in a folder, behind the stem of its file."""
+
+PROOF_ENDINGS = (".json", ".json.gz")
+"""How the name of a certificate may end."""
+
 Say = Callable[[str], None]
 """Shows where a long piece of work stands."""
 
