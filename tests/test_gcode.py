@@ -21,13 +21,15 @@ from tcp.boards.board import Wishes
 from tcp.boards.effort import Effort
 from tcp.boards.optimise import optimise
 from tcp.cli.main import main
-from tcp.errors import InputError, UsageError
+from tcp.errors import InputError
+from tcp.files import read
 from tcp.files.drilling import read_drilling
-from tcp.files.excellon import Kind
+from tcp.files.excellon import Kind, oddities
 from tcp.files.excellon.guard import LostError
 from tcp.files.excellon.rewrite import Order, Turn
 from tcp.files.excellon.settings import Hints
-from tcp.files.gcode import compare, parse, reorder
+from tcp.files.gcode import compare, parse, read_program, reorder
+from tcp.report.board import board_data, conclusions
 
 FAST = Wishes(effort=Effort.FAST, time_limit=0.3)
 CYCLES = """%
@@ -164,9 +166,6 @@ def test_a_later_line_that_leans_on_a_coordinate_is_spelled_out():
     program = program_of(text)
     data = reorder(program, {0: Order.of([Turn(1), Turn(0)])})
     assert b"G0 X7 Y5\n" in data
-    lost = text.replace("G0 X7", "#1=5")
-    with pytest.raises(UsageError, match=r":5: this line depends on the hole before"):
-        reorder(program_of(lost), {0: Order.of([Turn(1), Turn(0)])})
 
 
 @pytest.mark.parametrize(
@@ -592,6 +591,7 @@ def test_another_plane_holds_until_it_is_taken_back():
     text = f"G21 G90 G18\nT1 M6\n{drills}T2 M6\n{drills}T3 M6\nG17\n{drills}T4 M6\n{drills}M2\n"
     program = program_of(text)
     said = "line 1: G18 drills in another plane; the order of T{} is kept"
+    said += ", and its places are not all known"
     assert program.notes == (said.format(1), said.format(2), said.format(3))
     board = optimise(program, FAST)
     assert [part.before > part.after for part in board.parts] == [False, False, False, True]
@@ -601,7 +601,7 @@ def test_places_behind_a_line_that_is_not_understood_are_said_to_be_left_out():
     text = "G21 G90\nT1 M6\nG81 X1 Y1 Z-1 R2 F9\nX50\n{}\nX60\nX2\nG80\nM2\n"
     program = program_of(text.format("G92 X0"))
     assert drilled(program) == [(1, 2)]
-    assert program.notes[0].endswith("of T1 is kept, and not all of its places are counted")
+    assert program.notes[0].endswith("of T1 is kept, and its places are not all known")
     program = program_of(text.format("M99\nG81 Y1 X60 Z-1 R2"))
     assert drilled(program) == [(1, 5)] and program.notes[0].endswith("of T1 is kept")
 
@@ -617,3 +617,80 @@ def test_a_rapid_to_nowhere_may_come_to_lead_to_a_hole():
     assert [x for _, x, _ in holes(board.after)] == [9, 5, 1]
     with pytest.raises(LostError, match="rapid of line 3"):
         compare(program, program_of(text.replace("G0 X9 Y0", "G0 X8 Y0")))
+
+
+HEAD = "G21 G90\nT1 M6\nG0 Z5\nG99 G81 X10 Y10 Z-3 R2 F100\n"
+
+
+@pytest.mark.parametrize(
+    ("lines", "said"),
+    [
+        ("X50\nZ-6\nX20 Z-3\n", "line 6: 'Z-6' drills again where the tool stands"),
+        ("X50\nR3\nX20\n", "line 6: 'R3' drills again"),
+        ("X50 Y20 G4 P0.1\nX30\nX20\n", "line 5: 'X50 Y20 G4 P0.1' is not understood"),
+        ("X50\nX20 K3\n", "line 6: 'X20 K3' is not understood"),
+        ("X50\n/X20\n", "line 6: '/X20' is not understood"),
+        ("X50\nM98 P100\nX20\n", "line 6: 'M98 P100' is not understood"),
+        ("X50\nG93\nG65 P9 A1\nX20\n", "line 7: 'G65 P9 A1' is not understood"),
+        ("X50\nG55\nX0\nX20\n", "line 7: 'X0' starts from a place"),
+    ],
+)
+def test_nothing_is_claimed_of_holes_that_are_not_all_known(lines, said, tmp_path):
+    path = tmp_path / "board.ngc"
+    path.write_text(f"{HEAD}{lines}X40\nG80\nM30\n")
+    program = read_program(path)
+    assert said in program.notes[0] and "its places are not all known" in program.notes[0]
+    board = optimise(program, FAST)
+    part = board.parts[0]
+    assert not board.changed and not board.proved and part.bound is None and not part.optimal
+    assert "the file's own order is kept" in conclusions(board, None)[-1]
+    with pytest.raises(InputError, match="not all holes of T1 are known: line"):
+        read(path)
+
+
+@pytest.mark.parametrize("code", ["G16", "G68 X0 Y0 R45", "G51 X0 Y0 P2", "G68.2 X0 Y0 Z0"])
+def test_what_gives_places_another_meaning_holds_for_the_tools_behind_it(code):
+    drills = "".join(f"T{t} M6\nG81 X1 Y1 Z-1 R2 F9\nX9\nX2\nG80\n" for t in (1, 2, 3))
+    plain = {"G16": "G15", "G51 X0 Y0 P2": "G50"}.get(code, "G69")
+    text = f"G21 G90\n{code}\n{drills}M2\n".replace("T3", f"{plain}\nT3")
+    board = optimise(program_of(text), FAST)
+    assert [part.optimal for part in board.parts] == [False, False, True]
+    assert [part.before > part.after for part in board.parts] == [False, False, True]
+
+
+def test_a_line_that_is_not_understood_is_proved_of_nothing_but_counted():
+    board = optimise(program_of(HEAD + "X50\nX20\nG80\nG93\nM30\n"), FAST)
+    assert not board.proved and board.parts[0].bound == board.parts[0].after
+    assert board_data(board, None)["tools"][0]["understood"] is False
+
+
+def test_a_tool_without_a_hole_that_is_understood_is_named():
+    tail = "X50\nX20\nG80\nT2 M6\nG0 Z5\nG87 X10 Y10 Z-3 R2\nX50\nG80\nM30\n"
+    program = program_of(HEAD + tail)
+    assert len(program.notes) == 1 and "what it does is left out" in program.notes[0]
+    board = optimise(program, FAST)
+    assert [x for _, x, _ in holes(board.after)][-1] == 20  # G87's line may lean on it
+    board = optimise(program_of(HEAD + tail.replace("G87", "G84")), FAST)
+    assert [part.after < part.before for part in board.parts] == [True, False]
+
+
+@pytest.mark.parametrize("way", ["G91 G28 Z0\nG28 X0 Y0\nG90", "G30", "G53 G0 X0 Y0", "#5=#5420"])
+def test_holes_beside_a_way_of_unknown_length_stay(way):
+    text = HEAD + f"X50\nX20\nX60\nG80\nT2 M6\n{way}\n"
+    text += "T3 M6\nG81 X70 Y10 Z-3 R2\nX90\nX65\nM30\n"
+    board = optimise(program_of(text), FAST)
+    assert [x for _, x, _ in holes(board.after)][3:5] == [60, 70]
+    assert board.parts[0].before > board.parts[0].after
+
+
+def test_work_offsets_are_as_far_apart_as_the_machine_says(tmp_path):
+    path = tmp_path / "board.ngc"
+    one = "X10 Y10\nX50\nX20\nX30\n"
+    path.write_text(f"G21 G90 G54\nT1 M6\nG99 G81 Z-3 R2 F9 {one}G55\n{one}G54\nG80\nM30\n")
+    program = read_program(path)
+    board = optimise(program, FAST)
+    after = [x for _, x, _ in holes(board.after)]
+    assert after[3:5] == [30, 10]
+    assert board.parts[0].before > board.parts[0].after and not oddities(program)
+    with pytest.raises(InputError, match="offsets G54, G55, whose distance is not known"):
+        read(path)

@@ -108,6 +108,8 @@ class Part:
         What was solved; empty where the order is locked or leaves no choice.
     locked : bool
         Whether the user locked it.
+    unclear : bool
+        Whether it stays since not all of its lines are understood.
     proved : bool
         Whether the shortest order is known.  It may differ from the one chosen,
         where the way to the next tool weighs more.
@@ -124,6 +126,7 @@ class Part:
     proof: Proof = Proof.NONE
     solved: tuple[Solved, ...] = ()
     locked: bool = False
+    unclear: bool = False
     proved: bool = False
     saves: int = 0
 
@@ -134,12 +137,14 @@ class Part:
 
     @property
     def optimal(self) -> bool:
-        """Whether its order is shortest."""
+        """Whether its order is proved shortest, not only kept."""
+        if self.locked or self.unclear:
+            return False
         return self.bound is not None and self.bound >= self.after
 
     def sharpened(self, bound: int) -> Part:
         """With another bound on its travel, where that is the better one."""
-        if self.bound is not None and bound <= self.bound:
+        if self.unclear or (self.bound is not None and bound <= self.bound):
             return self
         closed = bound >= self.after
         proof = Proof.TRUSTED if closed else self.proof

@@ -302,9 +302,12 @@ def _parts(
     found = []
     for number, (a, b) in part_rows(program):
         mine = tuple(s for s in solved if a <= s.stretch.first < b)
+        kept, unclear = number in locked or b <= front, number in program.unclear
         bound = path_bound(program, (a, b), mine, choice.shortest.parts[number])
         closed = bound is not None and all(s.answer.optimal for s in mine)
-        if bound is None:
+        if number in program.uncounted:
+            bound = None
+        elif bound is None:
             bound = loose_bound(
                 program, trail, number, (wishes.machine.travel, rule), clock, seconds
             )
@@ -317,10 +320,11 @@ def _parts(
                 before=before.parts[number],
                 after=after.parts[number],
                 bound=bound,
-                proof=_weakest(mine) if closed else Proof.NONE,
+                proof=_weakest(mine) if closed and not (kept or unclear) else Proof.NONE,
                 solved=mine,
-                locked=number in locked or b <= front,
-                proved=closed or number in locked,
+                locked=kept,
+                unclear=unclear,
+                proved=number in locked or (closed and not unclear),
                 saves=choice.saves.get(number, 0),
             )
         )

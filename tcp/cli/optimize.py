@@ -87,8 +87,10 @@ class Job:
         if self.writes and not (self.exact and not board.proved):
             written = write_board(board, self.target, self.many, self.hints)
         if self.exact and not board.proved:
-            open_tools = ", ".join(f"T{part.tool}" for part in board.parts if not part.proved)
-            reason = f"no proof for {open_tools}; --time-limit gives a tool more seconds"
+            unproved = [part for part in board.parts if not part.proved]
+            reason = f"no proof for {', '.join(f'T{part.tool}' for part in unproved)}"
+            if not all(part.unclear for part in unproved):
+                reason += "; --time-limit gives a tool more seconds"
             click.echo(f"tcp: {board.before.path}: {reason}", err=True)
             return written, Exit.NO_PROOF
         if self.wishes.check and board.costs_after.total < board.costs_before.total:

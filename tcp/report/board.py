@@ -11,7 +11,7 @@ from typing import Any
 from tcp.boards.board import Board, Part
 from tcp.report.table import percent
 from tcp.result import decimal
-from tcp.words import counted
+from tcp.words import counted, listed
 
 
 def amount(board: Board, cost: int | None) -> str:
@@ -28,8 +28,9 @@ def three_digits(value: Fraction) -> str:
 
 
 def stays(part: Part) -> bool:
-    """Whether a tool's holes stay in their order: locked by the user, or not understood."""
-    return part.locked or (not part.solved and part.holes > 1)
+    """Whether a tool's holes stay in their order: locked, not understood, or without choice."""
+    without_choice = not part.solved and part.holes > 1 and part.before == part.after
+    return part.locked or part.unclear or without_choice
 
 
 def verdict(board: Board, part: Part) -> str:
@@ -93,10 +94,11 @@ def audit(board: Board) -> str:
     """How much of a file's travel is needed, in a sentence; both ends of it are proved."""
     before, after, bound = board.costs_before.total, board.costs_after.total, board.bound
     least, most = factor(before, after), factor(before, bound)
-    kept = ", ".join(f"T{part.tool}" for part in board.parts if stays(part))
-    given = f", with {kept} as it is" if kept else ""
+    given = provided(board)
     if not before or before == bound:
         return f"this file travels no more than what is needed (proved){given}"
+    if not bound:
+        return f"this file travels at least {least} times what is needed{given}; no bound is known"
     if least == most:
         return f"this file travels {least} times what is needed (proved){given}"
     unit = board.wishes.machine.unit
@@ -104,6 +106,12 @@ def audit(board: Board) -> str:
         f"this file travels {least} to {most} times what is needed{given}: {amount(board, after)} "
         f"{unit} are enough, less than {amount(board, bound)} {unit} are proved impossible"
     )
+
+
+def provided(board: Board) -> str:
+    """Which tools a statement about the whole file takes as they are."""
+    kept = [f"T{part.tool}" for part in board.parts if stays(part)]
+    return f", with {listed(kept)} as {'it is' if len(kept) == 1 else 'they are'}" if kept else ""
 
 
 def conclusions(board: Board, written: Path | None) -> list[str]:
@@ -120,8 +128,10 @@ def conclusions(board: Board, written: Path | None) -> list[str]:
         found.append(
             f"the new file travels {more} {unit} more: the order of tools asked for costs that"
         )
+    elif before == after and all(stays(part) for part in board.parts):
+        found.append("nothing may change places; the file's own order is kept")
     elif before == board.bound:
-        found.append("the file's own order is the shortest (proved); it is kept")
+        found.append(f"the file's own order is the shortest (proved){provided(board)}; it is kept")
     elif before == after:
         found.append("no better order was found; the file's own order is kept")
     else:
@@ -196,6 +206,7 @@ def board_data(board: Board, written: Path | None) -> dict[str, Any]:
                 "proved": part.proved,
                 "proof": str(part.proof),
                 "locked": part.locked,
+                "understood": not part.unclear,
                 "seconds": round(part.seconds, 3),
                 "certificates": [
                     str(s.answer.certificate) for s in part.solved if s.answer.certificate

@@ -114,6 +114,8 @@ def oddities(program: Program) -> list[str]:
         )
     tools, x, y = expanded(program)
     for number in np.unique(tools).tolist():
+        if len(program.offsets.get(number, ())) > 1:
+            continue
         mine = tools == number
         found += _crowding(program, number, x[mine], y[mine])
     return found

@@ -9,7 +9,7 @@ Units are columns of integers, not objects: a million hits are 60 MB.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Set
 from dataclasses import dataclass, field
 from enum import IntEnum, IntFlag
 from fractions import Fraction
@@ -202,6 +202,14 @@ class Program:
         without work (M02, a lone G00).  None where the file leaves it open.
     notes : tuple of str
         Warnings and choices worth telling.
+    unclear : mapping of int to str
+        Positions of the selections with lines that are not understood, and the first such
+        line: their order stays, and nothing is proved of it.
+    uncounted : frozenset of int
+        Those of which not even all places are known.
+    offsets : mapping of tool to set of str
+        Work offsets (``54`` for G54) in which a tool drills: how far they are apart, only
+        the machine knows.
     weights : mapping of row to int
         Holes that a folded step-and-repeat block makes; see ``blocks.folded``.
     """
@@ -219,6 +227,9 @@ class Program:
     selections: tuple[Selection, ...]
     jumps: Mapping[int, Place | None] = field(default_factory=dict)
     notes: tuple[str, ...] = field(default=())
+    unclear: Mapping[int, str] = field(default_factory=dict)
+    uncounted: frozenset[int] = frozenset()
+    offsets: Mapping[int, Set[str]] = field(default_factory=dict)
     weights: Mapping[int, int] = field(default_factory=dict)
 
     @property

@@ -40,14 +40,11 @@ class GProgram(Program):
         Where lines with X or Y lead.
     approaches : mapping of line to line
         Rapids to the place of a hole, and the line of that hole: both lead to one place.
-    leaning : frozenset of int
-        Lines that are not understood and may depend on where the machine stands.
     """
 
     keys: tuple[str, ...] = ()
     moves: Mapping[int, Move] = field(default_factory=dict)
     approaches: Mapping[int, int] = field(default_factory=dict)
-    leaning: frozenset[int] = frozenset()
 
 
 def named(value: int) -> bytes:

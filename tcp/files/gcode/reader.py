@@ -1,21 +1,22 @@
 """Drilling programs in G-code: which holes they drill, and which of them may change places.
 
-Understood are the canned cycles G81, G82, G83 and G73 with modal X, Y, Z, R,
-Q and P, and holes made of a rapid to a place, a plunge and a retract (G0/G1).
+Understood are the canned cycles of drilling, tapping and boring with modal X, Y,
+Z, R, Q and P, and holes made of a rapid to a place, a plunge and a retract (G0/G1).
 Two neighbouring holes may change places if everything but X and Y is the same
 for both: cycle, depths, feed, speed, retract mode, work offset, tool length
 offset.  Incremental moves (G91) lead from where the program has come to; a
 cycle in G91 is taken where R and Z stand on its first line only, so that all
 its holes are alike.  A rapid to the next hole's place goes with that hole; one
 to anywhere else stays, and its travel counts.  Whatever is not understood makes
-its tool section stay as it is, and is named.
+its tool section stay as it is, and is named.  Where the program does not tell how
+long a way is (to a place of the machine's own, into another work offset), the
+holes before and behind it stay: nothing that is not known gets longer.
 """
 
 from __future__ import annotations
 
 import re
 from array import array
-from collections import Counter
 from dataclasses import replace
 from decimal import Decimal
 from pathlib import Path
@@ -27,26 +28,28 @@ from tcp.files.excellon.document import Document, cut
 from tcp.files.excellon.numbers import PLACES, Style, Units, pointed
 from tcp.files.excellon.program import Columns, Kind, Mark, Place, Selection, Tool
 from tcp.files.excellon.settings import Hints
+from tcp.files.gcode.codes import (
+    ARCS,
+    AUXILIARY,
+    CYCLES,
+    FIRST_OFFSET,
+    GROUP,
+    HOME,
+    LENGTH,
+    PLAIN,
+    STATE,
+    STRANGE,
+)
 from tcp.files.gcode.plunge import Hover, retracted
 from tcp.files.gcode.program import GProgram, Move, named
+from tcp.files.gcode.words import Words, shortest, uncommented, words_of
 from tcp.words import shown
 
-_COMMENT = re.compile(rb"\([^()]*\)|;.*")
-_WORD = re.compile(rb"[ \t]*([A-Za-z])[ \t]*([+-]?(?:\d+\.?\d*|\.\d+))[ \t]*")
 _LEANING = re.compile(rb"[XYIJO#xyijo]")
+_WORKING = re.compile(rb"[XYxy]|[Mm][ \t]*0*98(?!\d)|[Gg][ \t]*0*6[56](?!\d)")
 _PROGRAM = re.compile(rb"[Oo]\d{1,8}")
 _CHANGE = re.compile(rb"[Mm][ \t]*0*6(?!\d)")
-_MODES = re.compile(rb"[Gg][ \t]*0*(20|21|90|91)(?![\d.])")
-_CYCLES = {"81", "82", "83", "73"}
-_STATE = {"17", "40", "94"}
-_OFFSETS = {"54", "55", "56", "57", "58", "59", "59.1", "59.2", "59.3"}
-_GROUP = dict.fromkeys(_OFFSETS, "offset") | dict.fromkeys(("61", "61.1", "64"), "path")
-_LENGTH = {"43", "49"}
-_ARCS = {"90.1", "91.1"}
-_HEIGHT = {"28", "30", "53"}
-_AUXILIARY = {"0", "1", "3", "4", "5", "7", "8", "9"}
-_LETTERS = set("GMTXYZRQPLFSNH")
-
+_MODES = re.compile(rb"[Gg][ \t]*0*(20|21|90|91|1[5-9]|5[01]|6[6-9]|68\.2|1[23]\.1)(?![\d.])")
 Coordinate = tuple[int, bytes]
 
 
@@ -86,7 +89,7 @@ class _Reader:
         self.depth = Decimal(0)
         self.waiting: list[Hover] = []
         self.tool, self.pending = 0, 0
-        self.changes = _CHANGE.search(_COMMENT.sub(b"", document.data)) is not None
+        self.changes = _CHANGE.search(uncommented(document.data)) is not None
         self.at = self.barrier = self.places = 0
         self.columns = tuple(array("q") for _ in range(7))
         self.keys: list[str] = []
@@ -95,8 +98,9 @@ class _Reader:
         self.selections = [Selection(0, 0, 0)]
         self.atomic: dict[int, str] = {}
         self.uncounted: set[int] = set()
-        self.sideways = ""
-        self.leaning: set[int] = set()
+        self.strange: dict[str, str] = {}
+        self.pinned: set[int] = set()
+        self.offsets: dict[int, set[str]] = {}
         self.ended = False
 
     def run(self) -> GProgram:
@@ -111,45 +115,44 @@ class _Reader:
         return self._finish()
 
     def _line(self, line: bytes) -> None:
-        bare = _COMMENT.sub(b"", line).strip()
+        bare = uncommented(line).strip()
         if not bare or _PROGRAM.fullmatch(bare):
             return
-        words = []
-        for piece in _COMMENT.split(line):  # a comment never stands inside a word
-            at, piece = 0, piece.strip()
-            while at < len(piece):
-                found = _WORD.match(piece, at)
-                if found is None:
-                    self._stubborn(bare)
-                    return
-                words.append((found[1].decode().upper(), found[2]))
-                at = found.end()
-        letters = Counter(letter for letter, _ in words)
-        repeated = {c for c, times in letters.items() if times > 1 and c not in "GM"}
-        if not letters.keys() <= _LETTERS or repeated:
+        words = words_of(line)
+        if words is None:
             self._stubborn(bare)
-            return
-        self._block(words, bare)
+        else:
+            self._block(words, bare)
 
     def _keep(self, line: int, reason: str) -> None:
         """Keep the whole tool section as it is."""
-        bare = _COMMENT.sub(b"", self.document.line(line)).strip()
+        bare = uncommented(self.document.line(line)).strip()
         note = f"line {line + 1}: {shown(bare)} {reason}"
         self.atomic.setdefault(len(self.selections) - 1, note)
 
     def _stubborn(self, bare: bytes, reason: str = "is not understood") -> None:
         """What is not understood keeps its section; the modes that it sets hold all the same."""
+        section = len(self.selections) - 1
+        if _WORKING.search(bare) and section not in self.uncounted:
+            self.uncounted.add(section)
+            self.atomic.pop(section, None)
         self._keep(self.at, reason)
-        if _LEANING.search(bare):
-            self.leaning.add(self.at)
         self._end_plunge()
         for mode in _MODES.findall(bare):
             self._code(mode.decode())
+        if _LEANING.search(bare):
+            self._lose_way()
         self.motion, self.x, self.y, self.z = "", None, None, None
         self.barrier += 1
 
-    def _block(self, words: list[tuple[str, bytes]], bare: bytes) -> None:
-        codes = [_number(text) for letter, text in words if letter == "G"]
+    def _lose_way(self) -> None:
+        """How far it is from the hole before to the next one is not known: both stay."""
+        self.pinned |= {len(self.keys) - 1, len(self.keys)}
+        self.x = self.y = self.z = None
+        self.waiting = []
+
+    def _block(self, words: Words, bare: bytes) -> None:
+        codes = [shortest(text) for letter, text in words if letter == "G"]
         values = {letter: text for letter, text in words if letter not in "GMN"}
         moving = {"X", "Y", "Z"} & values.keys()
         if not re.fullmatch(rb"\+?\d{1,6}(\.0*)?", values.get("T", b"0")):
@@ -159,7 +162,7 @@ class _Reader:
             if not self._code(code):
                 self._stubborn(bare)
                 return
-        for code in (_number(text) for letter, text in words if letter == "M"):
+        for code in (shortest(text) for letter, text in words if letter == "M"):
             if not self._auxiliary(code, values):
                 self._stubborn(bare)
                 return
@@ -170,18 +173,20 @@ class _Reader:
                 self._change(self.pending)
         for letter in "FS":
             if letter in values:
-                self.state[letter] = _number(values[letter])
+                self.state[letter] = shortest(values[letter])
         if "43" in codes:
-            self.state["length"] = f"H{_number(values.get('H', b'0'))}"
+            self.state["length"] = f"H{shortest(values.get('H', b'0'))}"
         if "4" in codes:
-            if self.plunge:
-                self.plunge.append((f"G4 P{_number(values.get('P', b'0'))}", self.plunge[-1][1]))
+            if {"Y", "Z"} & values.keys() or {"X", "P"} <= values.keys():  # X alone is seconds
+                self._stubborn(bare)
+            elif self.plunge:
+                self.plunge.append((f"G4 P{shortest(values.get('P', b'0'))}", self.plunge[-1][1]))
             else:
                 self.barrier += 1
-        elif _HEIGHT & set(codes):
-            self._rise(values, bare)
-        elif self.motion in _CYCLES:
-            self._drill(values, bool(codes), bare)
+        elif HOME & set(codes):
+            self._go_home(values, bare)
+        elif self.motion in CYCLES:
+            self._drill(values, bare)
         elif moving:
             self._move(values, bare)
 
@@ -194,28 +199,30 @@ class _Reader:
                 self._end_plunge()
             self.absolute = code == "90"
             self.barrier += 1
-        elif code in ("0", "1", "80") or code in _CYCLES:
-            if code != self.motion and (code in _CYCLES or self.motion in _CYCLES):
+        elif code in ("0", "1", "80") or code in CYCLES:
+            if code != self.motion and (code in CYCLES or self.motion in CYCLES):
                 self._end_plunge()
-                if self.motion in _CYCLES and self.state.get("retract") == "99":
+                if self.motion in CYCLES and self.state.get("retract") == "99":
                     self.z = None
                 self.cycle = {}
                 self.barrier += 1
             self.motion = "" if code == "80" else code
-        elif code in ("18", "19"):  # the tool points along Y or X until G17
-            self.sideways = f"line {self.at + 1}: G{code} drills in another plane"
+        elif code in STRANGE:
+            plain, what = STRANGE[code]
+            self.strange[plain] = f"line {self.at + 1}: G{code} {what}"
             return False
         elif code in ("98", "99"):
             self.state["retract"] = code
-        elif code in _STATE or code in _GROUP or code in _LENGTH:
+        elif code in STATE or code in GROUP or code in LENGTH:
             self._end_plunge()
-            group = "length" if code in _LENGTH else _GROUP.get(code, f"G{code}")
+            group = "length" if code in LENGTH else GROUP.get(code, f"G{code}")
+            if group == "offset" and code != self.state.get(group, FIRST_OFFSET):
+                self._lose_way()
             self.state[group] = code
             self.barrier += 1
-            if code == "17":
-                self.sideways = ""
-        else:
-            return code == "4" or code in _HEIGHT or code in _ARCS
+        elif code not in PLAIN:
+            return code == "4" or code in HOME or code in ARCS
+        self.strange.pop(code, None)
         return True
 
     def _state_units(self, units: Units) -> None:
@@ -234,15 +241,17 @@ class _Reader:
             self.ended = True
         elif code == "6":
             self._change(int(values["T"].split(b".")[0]) if "T" in values else self.pending)
-        return code in _AUXILIARY or code in ("2", "30", "6")
+        return code in AUXILIARY or code in ("2", "30", "6")
 
     def _change(self, tool: int) -> None:
         """A section of another tool begins."""
         self._end_section()
         self.tool = self.pending = tool
         self.selections.append(Selection(tool, self.at, len(self.columns[0])))
-        if self.sideways:
-            self.atomic[len(self.selections) - 1] = self.sideways
+        if self.strange:
+            section = len(self.selections) - 1
+            self.atomic[section] = next(iter(self.strange.values()))
+            self.uncounted.add(section)
 
     def _end_section(self) -> None:
         """Where a tool goes after its last hole counts; a section without holes is none."""
@@ -288,19 +297,20 @@ class _Reader:
         self.places = max(self.places, places)
         return value
 
-    def _drill(self, values: dict[str, bytes], named: bool, bare: bytes) -> None:
+    def _drill(self, values: dict[str, bytes], bare: bytes) -> None:
         """A line while a cycle is active: it drills where it names X or Y."""
         again = not self.absolute and bool(self.cycle) and bool({"Z", "R"} & values.keys())
-        self.cycle |= {c: _number(values[c]) for c in "ZRQP" if c in values}
-        if "L" in values and _number(values["L"]) != "1":
+        self.cycle |= {c: shortest(values[c]) for c in "ZRQP" if c in values}
+        if "L" in values and shortest(values["L"]) != "1":
             self._stubborn(bare)
             return
         if again:
             self._stubborn(bare, "changes the depth of a cycle in G91")
             return
         if not {"X", "Y"} & values.keys():
-            if named and {"Z", "R"} & values.keys():
-                self._stubborn(bare)
+            if {"Z", "R"} & values.keys():
+                self.uncounted.add(len(self.selections) - 1)
+                self._stubborn(bare, "drills again where the tool stands")
             return
         if not self._place(values):
             self._stubborn(bare, "starts from a place that the program does not state")
@@ -309,26 +319,26 @@ class _Reader:
         key = f"G{self.motion} {sorted(self.cycle.items())} {sorted(self.state.items())} {self.z}"
         self._hole(self.at, f"G{mode} {key}")
 
-    def _rise(self, values: dict[str, bytes], bare: bytes) -> None:
-        """G28, G30 or G53 with Z alone: to a height of the machine's own."""
-        if self.motion in _CYCLES or "Z" not in values or {"X", "Y"} & values.keys():
+    def _go_home(self, values: dict[str, bytes], bare: bytes) -> None:
+        """G28, G30 or G53: to a height of the machine's own, or to a place of it."""
+        if self.motion in CYCLES:
             self._stubborn(bare)
             return
         self._end_plunge()
+        if "Z" not in values or {"X", "Y"} & values.keys():
+            self._lose_way()
         self.z = None
         self.barrier += 1
 
     def _move(self, values: dict[str, bytes], bare: bytes) -> None:
         """A G0 or G1 line: a way to a place, a plunge, or a retract."""
         flat = {"X", "Y"} & values.keys()
-        rises = not flat and self.absolute and Decimal(_number(values["Z"])) > (self.z or 0)
+        rises = not flat and self.absolute and Decimal(shortest(values["Z"])) > (self.z or 0)
         if self.motion not in ("0", "1") and not (self.motion == "" and rises):
-            if flat and not self.motion:
-                self.uncounted.add(len(self.selections) - 1)
             self._stubborn(bare)
             return
         if not flat:
-            self._vertical(Decimal(_number(values["Z"])), bare)
+            self._vertical(Decimal(shortest(values["Z"])), bare)
             return
         self._end_plunge()
         known, slanted = self._place(values), "Z" in values
@@ -336,7 +346,7 @@ class _Reader:
             self._stubborn(bare)
             return
         if slanted:
-            self.z = Decimal(_number(values["Z"]))
+            self.z = Decimal(shortest(values["Z"]))
         if known:
             assert self.x is not None and self.y is not None
             self.hover = Hover(self.at, (self.x[0], self.y[0]), self.z, slanted)
@@ -394,6 +404,7 @@ class _Reader:
             self.approaches[self.waiting.pop().line] = line
         self._pass(self.waiting)
         self.waiting = []
+        self.offsets.setdefault(self.tool, set()).add(self.state.get("offset", FIRST_OFFSET))
         self._row(Kind.HIT, line, place, key)
 
     def _pass(self, rapids: list[Hover]) -> None:
@@ -427,9 +438,11 @@ class _Reader:
         busy = {self._selection(row) for row in range(len(self.keys))}
         notes = [
             f"{reason}; the order of T{self.selections[n].tool} is kept"
-            + (", and not all of its places are counted" if n in self.uncounted else "")
-            for n, reason in self.atomic.items()
+            + (", and its places are not all known" if n in self.uncounted else "")
             if n in busy
+            else f"{reason}; what it does is left out"
+            for n, reason in self.atomic.items()
+            if n in busy | self.uncounted
         ]
         return GProgram(
             path=self.path,
@@ -444,10 +457,12 @@ class _Reader:
             patterns=(),
             selections=tuple(self.selections),
             notes=tuple(notes),
+            unclear=self.atomic,
+            uncounted=frozenset(self.uncounted),
             keys=tuple(self.keys),
             moves=self.moves,
             approaches=self.approaches,
-            leaning=frozenset(self.leaning),
+            offsets=self.offsets,
         )
 
     def _selection(self, row: int) -> int:
@@ -461,6 +476,7 @@ class _Reader:
         n = len(x)
         part = np.searchsorted([s.first for s in self.selections], np.arange(n), side="right") - 1
         fixed = np.isin(part, list(self.atomic)) | (kind == Kind.PASS)
+        fixed |= np.isin(np.arange(n), list(self.pinned))
         edge = (np.diff(barrier) != 0) | fixed[1:] | fixed[:-1] | (np.diff(part) != 0)
         mark = np.where(fixed, int(Mark.FIXED), 0) | int(Mark.COMPLETE)
         x, y = x // finer, y // finer
@@ -477,12 +493,3 @@ class _Reader:
             mark.astype(np.int16),
             stretch.astype(np.int32),
         )
-
-
-def _number(text: bytes) -> str:
-    """A number in its shortest form: ``01.50`` is ``1.5``, ``-0`` is ``0``."""
-    sign = "-" if text.startswith(b"-") else ""
-    head, _, tail = text.decode().lstrip("+-").partition(".")
-    head, tail = head.lstrip("0") or "0", tail.rstrip("0")
-    bare = f"{head}.{tail}" if tail else head
-    return bare if bare == "0" else sign + bare

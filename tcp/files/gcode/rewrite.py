@@ -12,7 +12,6 @@ from __future__ import annotations
 import re
 from collections import Counter
 
-from tcp.errors import UsageError
 from tcp.files.excellon.guard import LostError
 from tcp.files.excellon.program import Kind, Place, Program
 from tcp.files.excellon.rewrite import Orders
@@ -45,11 +44,6 @@ def reorder(program: Program, orders: Orders) -> bytes:
             elif wanted.names != move.names or (old != new and not _complete(line)):
                 line = _placed(line, *wanted.names)
             old, new = move.place, wanted.place
-        elif number in program.leaning and old != new:
-            raise UsageError(
-                f"{program.path}:{number + 1}: this line depends on the hole before it; "
-                f"keep the tool before it as it is with --keep"
-            )
         out.append(line)
     return b"".join(out)
 
