@@ -8,11 +8,14 @@ the product of both gains decides (Applegate et al. 2006, ch. 14).
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 
+from tcp.exact.branch_and_cut.clusters import clusters
 from tcp.exact.branch_and_cut.cuts import Cut, Family, boundary, smaller_side
 from tcp.exact.branch_and_cut.probe import Probe, Try
 from tcp.exact.branch_and_cut.relaxation import Relaxation
@@ -23,8 +26,8 @@ from tcp.travel import Ints
 EDGES = 12
 """Edges probed at a node."""
 
-SETS = 14
-"""Sets probed at a node."""
+CLUSTERS, SETS = 6, 14
+"""Clusters probed at a node, and other sets."""
 
 GLANCE, LOOK = 15, 60
 """Dual simplex iterations of a first try, and of a second one."""
@@ -52,6 +55,11 @@ class Brancher:
     lp: Relaxation
     threads: Executor
     gains: dict[int, tuple[float, float, int]] = field(default_factory=dict)
+
+    @cached_property
+    def clusters(self) -> list[Cut]:
+        """Sets that any node may be branched on."""
+        return clusters(self.lp.problem)
 
     def choose(self, support: Support, tour: Ints, cutoff: float) -> Decision | None:
         """The best decision at the current LP solution; None if there is no candidate."""
@@ -117,29 +125,35 @@ class Brancher:
         self.gains[key] = (down + gains[0], up + gains[1], count + 1)
 
     def _sets(self, support: Support, tour: Ints) -> list[Cut]:
-        """Different sets of combs and intervals: x(delta(S)) near 3 and a costly boundary."""
+        """Clusters, and sets of combs and intervals: different ones with x(delta(S)) near 3."""
         combs = [cut for cut in self.lp.cuts if len(cut.ends) > 1]
         first, last, weight = light_intervals(by_position(support, tour), light=3.5)
         near = np.nonzero(np.abs(weight) < OFF)[0]
-        listed = [*combs, *(Cut.of([tour[first[t] : last[t] + 1]]) for t in near)]
-        if not listed:
-            return []
-        family = Family.of(listed)
+        intervals = (Cut.of([tour[first[t] : last[t] + 1]]) for t in near)
+        chosen = self._undecided(support, self.clusters, [], CLUSTERS)
+        chosen = self._undecided(support, [*combs, *intervals], chosen, len(chosen) + SETS)
+        return [Cut.of([part]) for part in chosen]
+
+    def _undecided(
+        self, support: Support, cuts: Sequence[Cut], chosen: list[Ints], most: int
+    ) -> list[Ints]:
+        """Sets with x(delta(S)) near 3 and a costly boundary, added to those chosen before."""
+        family = Family.of(cuts)
         cost = self.lp.problem.costs(support.i, support.j)
         flow, price = (
             boundary(family.ptr, family.nodes, support.ptr, support.other, w, support.size)
             for w in (support.weight, (support.x * cost)[support.edge])
         )
         off = np.abs(flow - 3.0)
-        chosen: list[Ints] = []
+        chosen = list(chosen)
         for s in np.argsort(-price * (1.0 - off), kind="stable"):
-            if len(chosen) == SETS:
+            if len(chosen) == most:
                 break
             nodes = family.nodes[family.ptr[s] : family.ptr[s + 1]]
             part = smaller_side(nodes, support.size)
             if off[s] < OFF and not any(_alike(part, other) for other in chosen):
                 chosen.append(part)
-        return [Cut.of([part]) for part in chosen]
+        return chosen
 
 
 def _product(gains: tuple[float, float], cap: float) -> float:
