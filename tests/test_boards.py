@@ -388,6 +388,26 @@ def test_tools_stay_where_a_line_between_them_matters():
         assert optimise(program, FAST).costs_after.links == 880 + 870
 
 
+def test_tools_stay_where_one_has_its_feed_from_another():
+    program = program_of("T1F200S65\nX0Y0\nT2S30\nX50Y0\nT1F200S65\nX10Y0\n")
+    for wish in ({"merge": True}, {"tool_order": ToolOrder.OPTIMISE}):
+        with pytest.raises(
+            UsageError, match=":9: tools cannot change places: this line states no F"
+        ):
+            optimise(program, replace(FAST, **wish))
+
+
+def test_selections_that_say_other_things_are_not_merged():
+    body = "T1F200S65\nX0Y0\nT2F150S5\nX50Y0\n{}\nX10Y0\nX90Y0\n"
+    for line in ("T1F100S65", "T1F200S30 ; again", "T1F200S65C.001"):
+        with pytest.raises(UsageError, match=r":11: tools cannot change places: T1 has .* line 7"):
+            optimise(program_of(body.format(line)), replace(FAST, merge=True))
+    for first, again in (("T1F200S65", "T1 F200 S65 ; again"), ("T1C.001F200S65", "T1F200S65")):
+        program = program_of(body.replace("T1F200S65", first).format(again))
+        board = optimise(program, replace(FAST, merge=True))
+        assert [s.tool for s in board.after.selections] == [1, 2]
+
+
 def test_selections_of_one_tool_are_merged_when_asked():
     body = "T1\nX0Y0\nX100Y0\nT2\nX50Y0\nT1\nX10Y0\nX90Y0\nX20Y0G85X30Y0\n"
     program = program_of(body)

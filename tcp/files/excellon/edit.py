@@ -15,10 +15,21 @@ import numpy as np
 
 from tcp.errors import UsageError
 from tcp.files.excellon.document import ending
-from tcp.files.excellon.program import Copy, Kind, Mark, Pattern, Place, Program, repeated
+from tcp.files.excellon.program import (
+    Copy,
+    Kind,
+    Mark,
+    Pattern,
+    Place,
+    Program,
+    Selection,
+    repeated,
+)
 from tcp.files.excellon.rewrite import AXES, Put, Text, Turn, Writer, plan
+from tcp.files.excellon.state import NUMBER
 
 _TOOL = re.compile(rb"\s*T\d+")
+_WORD = re.compile(r"([A-Z])[ \t]*(" + NUMBER.decode() + r")?")
 _HARMLESS = re.compile(rb"\s*(;.*|T\d+.*|G0?5|G81|G90|M1[67]|M71|M72|G40)?\s*$", re.S)
 _PATTERN_CODE = re.compile(rb"\s*(?:R\d+)?M(?:25|01|02|08)(?![0-9])")
 
@@ -69,11 +80,29 @@ def _check_sections(program: Program) -> None:
     for selection in program.selections:
         if not _TOOL.match(document.line(selection.line)):
             raise _refusal(program, selection.line, "tools change by M00")
+    _check_stated(program)
     routed = (rows.kind == Kind.ROUTE) & ((rows.mark & Mark.DRILLS_AFTER) == 0)
     drills = ~(rows.kind == Kind.ROUTE)
     if routed.any() and drills.any():
         row = int(routed.nonzero()[0][0])
         raise _refusal(program, int(rows.first[row]), "the rout mode that begins here goes on")
+
+
+def _check_stated(program: Program) -> None:
+    """Refuse a tool line without a feed, a speed or the like that another tool line has."""
+    stated = [_stated(program, selection) for selection in program.selections]
+    letters = sorted(set().union(*stated) - {"C"})
+    for selection, words in zip(program.selections, stated, strict=True):
+        for letter in letters:
+            if letter not in words:
+                reason = f"this line states no {letter}, that of another tool does"
+                raise _refusal(program, selection.line, reason)
+
+
+def _stated(program: Program, selection: Selection) -> dict[str, str]:
+    """What a tool line says beside the tool: diameter, feed, speed, by letter."""
+    words = program.document.line(selection.line).partition(b";")[0].decode("latin-1")
+    return {letter: value for letter, value in _WORD.findall(words) if letter != "T"}
 
 
 def _refusal(program: Program, line: int, reason: str) -> UsageError:
@@ -115,6 +144,11 @@ def merge_selections(program: Program) -> bytes:
     """The file with each tool selected once: later selections join the tool's first.
 
     The lines that selected the tool again go; all other lines stay.
+
+    Raises
+    ------
+    UsageError
+        As :func:`sections`, and where a tool is selected again with another feed or speed.
     """
     blocks, writer = sections(program), Writer(program)
     tools = [s.tool for s in program.selections]
@@ -125,12 +159,24 @@ def merge_selections(program: Program) -> bytes:
         for other in blocks[block.number :]:
             if tools[other.number] != tools[block.number]:
                 continue
-            skip = program.selections[other.number].line if other is not block else -1
+            skip = -1 if other is block else _repeated_line(program, block.number, other.number)
             items = _without(plan(program, {}, other.first, other.last), skip)
             text = writer.write(items)
             out.append(text if not text or ending(text[-2:]) else text + _line_end(program))
     tail = program.document.text(blocks[-1].last, len(program.document))
     return b"".join([*out, tail])
+
+
+def _repeated_line(program: Program, first: int, again: int) -> int:
+    """The line that selects a tool again and says nothing that its first selection does not."""
+    selection, kept = program.selections[again], _stated(program, program.selections[first])
+    for letter, value in _stated(program, selection).items():
+        if kept.get(letter) != value:
+            line = program.selections[first].line + 1
+            before = f"{letter}{kept[letter]}" if letter in kept else f"no {letter}"
+            reason = f"T{selection.tool} has {letter}{value} here, but {before} on line {line}"
+            raise _refusal(program, selection.line, reason)
+    return selection.line
 
 
 def _without(items: Iterator[Text | Put], line: int) -> Iterator[Text | Put]:
