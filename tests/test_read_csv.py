@@ -89,6 +89,9 @@ def test_ids_are_row_numbers_where_there_are_none(tmp_path):
         ("# Units = inch\n1,0.5\n", {}),
         ("1,0.5\n", {"units": "inch"}),
         ("x_inch,y\n1,0.5\n", {"units": "inch"}),
+        ("x,y,units\n1,0.5,inch\n2,3,IN\n", {}),
+        ("x,y,dia (inch)\n1,0.5,0.04\n", {"units": "inch"}),
+        ("x_in,y,dia (inch)\n1,0.5,0.04\n", {}),
     ],
 )
 def test_inches_are_exact(tmp_path, text, options):

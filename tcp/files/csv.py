@@ -4,8 +4,8 @@ Accepted: comma, semicolon, tab or blanks between columns; a header or none
 (then the columns are x, y or id, x, y); a BOM; CRLF; lines of comment with
 ``#``; decimal comma where the comma does not separate columns; further columns
 (ignored, with a note); units mm or inch, by header (``x_mm``, ``X [inch]``), by
-a comment ``# units: inch`` or by flag.  Columns by name, in any order: id, x,
-y, diameter, tool.  What could be read in two ways is refused.
+a comment ``# units: inch``, a column or a flag.  Columns by name, in any order: id,
+x, y, diameter, tool, unit.  What could be read in two ways is refused.
 """
 
 from __future__ import annotations
@@ -15,7 +15,16 @@ from fractions import Fraction
 from pathlib import Path
 
 from tcp.errors import InputError
-from tcp.files.layout import Layout, agreed_unit, layout_notes, layout_of, split, unit_comment
+from tcp.files.layout import (
+    LENGTHS,
+    Layout,
+    agreed_unit,
+    layout_notes,
+    layout_of,
+    split,
+    unit_comment,
+    unit_word,
+)
 from tcp.files.numbers import Decimals, TooFine, common_steps
 from tcp.files.reading import UNITS, Reading, coincidence_note
 from tcp.files.text import read_lines
@@ -42,9 +51,10 @@ def read(path: str | Path, *, units: str | None = None) -> Reading:
     lines = read_lines(path)
     number, first = _first_row(lines, path)
     layout = layout_of(first, path, number)
-    unit = agreed_unit(layout.unit, unit_comment(lines, path), units, path, number)
+    comment = unit_comment(lines, path)
     table = _Table(layout, path)
     table.fill(lines, number if layout.header else number - 1)
+    unit = agreed_unit(layout, (comment, *table.units, units), path, number)
     workpiece = table.workpiece(UNITS[unit])
     notes = layout_notes(layout) + coincidence_note(workpiece)
     return Reading(workpiece, notes=tuple(notes))
@@ -70,18 +80,24 @@ class _Table:
         self._tools: list[str | None] = []
         self._lines: list[int] = []
         self._comma = comma
+        self._marks: dict[str, int] = {}
+        self.units: set[str] = set()
 
     def fill(self, lines: Sequence[str], skip: int) -> None:
         """Read all rows after the first ``skip`` lines."""
         layout, columns = self._layout, self._layout.columns
         at_id, at_x, at_y = columns.get("id", -1), columns["x"], columns["y"]
         at_diameter, at_tool = columns.get("diameter", -1), columns.get("tool", -1)
+        at_unit = columns.get("unit", -1)
+        lengths = [columns[name] for name in LENGTHS if name in columns]
         for number, cells in self._rows(lines, skip):
             try:
                 self._x.add(cells[at_x])
                 self._y.add(cells[at_y])
             except InputError as error:
                 raise InputError(str(error), self._path, number) from None
+            if self._comma:
+                self._check_marks("".join(cells[at] for at in lengths), number)
             if at_id >= 0:
                 if not cells[at_id]:
                     raise InputError("the hole has no id", self._path, number)
@@ -90,11 +106,23 @@ class _Table:
                 self._diameters.append(cells[at_diameter])
             if at_tool >= 0:
                 self._tools.append(cells[at_tool] or None)
+            if at_unit >= 0:
+                self.units.add(unit_word(cells[at_unit], self._path, number))
             self._lines.append(number)
         if not self._lines:
             raise InputError("there are no holes below the header", self._path, skip)
         if layout.columns.get("id") is not None:
             self._check_ids()
+
+    def _check_marks(self, lengths: str, line: int) -> None:
+        """Refuse decimal commas beside decimal points: one of them may group thousands."""
+        for mark in ",.":
+            if mark in lengths:
+                self._marks.setdefault(mark, line)
+        if len(self._marks) == 2:
+            first = min(self._marks.values())
+            message = f"decimal commas and points are mixed, from line {first} on; expected one"
+            raise InputError(message, self._path, line)
 
     def _rows(self, lines: Sequence[str], skip: int) -> Iterator[tuple[int, list[str]]]:
         delimiter, width = self._layout.delimiter, self._layout.width

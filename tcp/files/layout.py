@@ -18,22 +18,26 @@ _NAMES = {
     "y": "y ycoord ycoordinate ypos yposition posy",
     "diameter": "diameter dia diam d ø drill drilldiameter holesize size",
     "tool": "tool t toolid toolno toolnumber",
+    "unit": "unit units",
 }
 _COLUMNS = {alias: column for column, aliases in _NAMES.items() for alias in aliases.split()}
 _UNIT_WORDS = {"mm": "mm", "inch": "inch", "in": "inch", "inches": "inch", '"': "inch"}
-_LENGTHS = ("x", "y", "diameter")
+LENGTHS = ("x", "y", "diameter")
+"""Columns that are lengths."""
+
 _HEADING = re.compile(r"(?P<name>.*?)\s*(?:[(\[](?P<unit>[^)\]]*)[)\]]|[ _](?P<word>mm|inch|in))?")
 _UNITS_COMMENT = re.compile(r"#\s*units?\s*[:=]\s*(\w+)\s*", re.IGNORECASE)
 
 
 @dataclass(frozen=True)
 class Layout:
-    """Which column holds what: delimiter, width, positions by name, unit if stated."""
+    """Which column holds what: delimiter, width, positions by name, units if stated."""
 
     delimiter: str | None
     width: int
     columns: dict[str, int]
     unit: str | None = None
+    diameters_unit: str | None = None
     header: bool = False
     ignored: tuple[str, ...] = ()
 
@@ -84,7 +88,7 @@ def _namedlayout_of(delimiter: str | None, cells: list[str], path: Path, line: i
         if name in columns:
             raise InputError(f"two columns are named {name}; expected one", path, line)
         columns[name] = i
-        if name in _LENGTHS and unit is not None:
+        if name in LENGTHS and unit is not None:
             if unit not in _UNIT_WORDS:
                 message = f"column {shown(cell)} is in {shown(unit)}; expected mm or inch"
                 raise InputError(message, path, line)
@@ -95,8 +99,10 @@ def _namedlayout_of(delimiter: str | None, cells: list[str], path: Path, line: i
             raise InputError(f"column {name} is missing; the columns are {found}", path, line)
     if len(set(stated.values())) > 1:
         raise InputError("the columns are partly in mm and partly in inch", path, line)
-    unit = next(iter(stated.values()), None)
-    return Layout(delimiter, len(cells), columns, unit, True, tuple(ignored))
+    unit = stated.get("x", stated.get("y"))
+    return Layout(
+        delimiter, len(cells), columns, unit, stated.get("diameter"), True, tuple(ignored)
+    )
 
 
 def _heading(cell: str) -> tuple[str | None, str | None]:
@@ -116,23 +122,32 @@ def unit_comment(lines: Sequence[str], path: Path) -> str | None:
             return None
         match = _UNITS_COMMENT.fullmatch(text)
         if match:
-            word = match[1].lower()
-            if word not in _UNIT_WORDS:
-                raise InputError(f"units {shown(word)}; expected mm or inch", path, number)
-            return _UNIT_WORDS[word]
+            return unit_word(match[1], path, number)
     return None
 
 
-def agreed_unit(
-    header: str | None, comment: str | None, flag: str | None, path: Path, line: int
-) -> str:
-    """The one unit that header, comment and flag agree on; mm where all are silent."""
-    said = {unit for unit in (header, comment, flag) if unit is not None}
+def unit_word(text: str, path: Path, line: int) -> str:
+    """``mm`` or ``inch``, from what a comment or a cell says."""
+    unit = _UNIT_WORDS.get(text.lower())
+    if unit is None:
+        raise InputError(f"units {shown(text)}; expected mm or inch", path, line)
+    return unit
+
+
+def agreed_unit(layout: Layout, others: Sequence[str | None], path: Path, line: int) -> str:
+    """The one unit that header, comment, column and flag agree on; mm where all are silent."""
+    said = {unit for unit in (layout.unit, *others) if unit is not None}
     if len(said) > 1:
         raise InputError(
-            "header, comment and --units contradict each other about mm and inch", path, line
+            "header, comment, unit column and --units contradict each other about mm and inch",
+            path,
+            line,
         )
-    return said.pop() if said else "mm"
+    unit = said.pop() if said else "mm"
+    if layout.diameters_unit not in (None, unit):
+        message = f"the diameters are in {layout.diameters_unit}, x and y in {unit}"
+        raise InputError(f"{message}; expected one unit, stated for x and y too", path, line)
+    return unit
 
 
 def layout_notes(layout: Layout) -> list[str]:

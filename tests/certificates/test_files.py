@@ -148,7 +148,7 @@ def test_tcp_check_refuses_other_problems(holes):
     for options in (("--travel", "case2"), ("--start", "5"), ("--vx", "2"), ("--closed",)):
         code, text = check(file, holes, *options)
         assert code == 1 and "another instance" in text
-    holes.write_text(holes.read_text().replace("5;1;4", "5;1;4.5"))
+    holes.write_text(holes.read_text().replace("5;1;4", "5;1;4,5"))
     code, text = check(file, holes)
     assert code == 1 and "another workpiece" in text
 
