@@ -81,6 +81,35 @@ def test_dxf_circles_and_points(tmp_path):
         files.read(path)
 
 
+@pytest.mark.parametrize(
+    ("code", "mm"),
+    [(1, 25.4), (2, 304.8), (4, 1), (8, 25.4e-6), (9, 0.0254), (10, 914.4), (13, 0.001), (14, 100)],
+)
+def test_dxf_units(tmp_path, code, mm):
+    ezdxf = pytest.importorskip("ezdxf", reason="ezdxf is not installed (tcp-drill[dxf])")
+    path = tmp_path / "b.dxf"
+    drawing = ezdxf.new(units=code)
+    drawing.modelspace().add_circle((0.5, 0), 0.25)
+    drawing.saveas(path)
+    hole = files.read(path).workpiece.hole(0)
+    assert float(hole.x) == pytest.approx(mm / 2, abs=1e-6)
+    if code not in (1, 4):
+        for units in ("mm", "inch"):
+            with pytest.raises(InputError, match="states other units"):
+                files.read(path, units=units)
+
+
+def test_dxf_units_that_no_workpiece_has(tmp_path):
+    ezdxf = pytest.importorskip("ezdxf", reason="ezdxf is not installed (tcp-drill[dxf])")
+    path = tmp_path / "b.dxf"
+    drawing = ezdxf.new(units=18)
+    drawing.modelspace().add_circle((1, 2), 0.25)
+    drawing.saveas(path)
+    for units in (None, "mm"):
+        with pytest.raises(InputError, match=r"\$INSUNITS 18"):
+            files.read(path, units=units)
+
+
 @pytest.mark.parametrize("number", ["nan", "inf", "1e300"])
 def test_a_circle_that_lies_nowhere_is_refused(tmp_path, number):
     pytest.importorskip("ezdxf", reason="ezdxf is not installed (tcp-drill[dxf])")

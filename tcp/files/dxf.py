@@ -12,8 +12,20 @@ from tcp.files.layered import STEP, Drill, reading
 from tcp.files.reading import Reading
 from tcp.words import counted
 
-MM = {1: Fraction(254, 10), 4: Fraction(1), 5: Fraction(10), 6: Fraction(1000)}
-"""Millimetres to the unit, by ``$INSUNITS``."""
+MM = {
+    1: Fraction(254, 10),  # inches
+    2: Fraction(3048, 10),  # feet
+    4: Fraction(1),  # millimetres
+    5: Fraction(10),  # centimetres
+    6: Fraction(1000),  # metres
+    8: Fraction(254, 10**7),  # microinches
+    9: Fraction(254, 10**4),  # mils
+    10: Fraction(9144, 10),  # yards
+    12: Fraction(1, 10**6),  # nanometres
+    13: Fraction(1, 1000),  # micrometres
+    14: Fraction(100),  # decimetres
+}
+"""Millimetres to the unit, by ``$INSUNITS``; 0 states none."""
 
 
 def read(path: Path, *, units: str | None = None, tool: str | int | None = None) -> Reading:
@@ -42,8 +54,11 @@ def read(path: Path, *, units: str | None = None, tool: str | int | None = None)
     except Exception as error:  # ezdxf's parser raises whatever it stumbles over
         reason = " ".join(str(error).split())[:200] or "it may be cut off"
         raise InputError(f"is no DXF drawing: {reason}", path) from None
-    stated = MM.get(drawing.header.get("$INSUNITS", 0))
+    code = drawing.header.get("$INSUNITS", 0)
+    stated = MM.get(code)
     asked = None if units is None else MM[1 if units == "inch" else 4]
+    if stated is None and code != 0:
+        raise InputError(f"the drawing's units ($INSUNITS {code}) are none of a workpiece", path)
     if stated is None and asked is None:
         raise InputError("the drawing does not state its units; pass --units mm or inch", path)
     if stated is not None and asked is not None and stated != asked:
