@@ -34,6 +34,7 @@ from tcp.cli.main import main
 from tcp.errors import InputError, UsageError
 from tcp.files import gcode
 from tcp.files.excellon import hints, parse, read_program
+from tcp.files.excellon.edit import expand
 from tcp.files.excellon.guard import LostError, compare
 from tcp.travel import Model, Travel
 
@@ -427,6 +428,18 @@ def test_repeats_move_as_units_or_are_expanded():
     assert unit.costs_after.total == 50 + 200 + 50
     spread = optimise(program_of(body), replace(FAST, expand=True))
     assert b"R2" not in spread.data and spread.costs_after.total == 200 == spread.bound
+
+
+def test_what_is_expanded_keeps_its_comments():
+    row = "X0Y0 ; start\n; between\nR3X50 ; the row\n"
+    block = "M25 ; block\nX0Y90G85X10Y90 ; a slot\nX5Y9\nR1X5;two\nM01 ; end\nM02X50\nM08;done\n"
+    data, notes = expand(program_of(f"T1\n{row}{block}"))
+    assert notes == ()
+    lines = [line for line in data.decode().splitlines() if ";" in line]
+    assert [line[line.index(";") :] for line in lines] == [
+        "; start", "; between", "; the row", "; block", "; end", ";done", "; a slot", ";two"
+    ]  # fmt: skip
+    compare(program_of(f"T1\n{row}{block}"), parse(data, "board.drl"), text="free")
 
 
 def test_patterns_are_expanded_when_asked():

@@ -233,18 +233,29 @@ def _stubborn(program: Program, pattern: Pattern, shared: bool) -> str | None:
 
 
 def _only_pattern(program: Program, pattern: Pattern) -> bool:
-    document, rows = program.document, program.rows
-    units = {
-        line
-        for row in range(pattern.first, pattern.last)
-        for line in range(int(rows.first[row]), int(rows.last[row]))
-    }
+    document, units = program.document, _unit_lines(program, pattern)
     closed = re.match(rb"\s*M(?:08|27)\b", document.line(pattern.lines[1])) is not None
     rest = (n for n in range(pattern.lines[0], pattern.lines[1] + 1) if n not in units)
     return closed and all(
         _PATTERN_CODE.match(document.line(n)) or document.line(n).lstrip()[:1] in (b"", b";")
         for n in rest
     )
+
+
+def _unit_lines(program: Program, pattern: Pattern) -> set[int]:
+    """The lines of a pattern that belong to its units."""
+    rows = program.rows
+    return {
+        line
+        for row in range(pattern.first, pattern.last)
+        for line in range(int(rows.first[row]), int(rows.last[row]))
+    }
+
+
+def _comment(line: bytes) -> bytes:
+    """A line's comment as a line of its own, empty where it has none."""
+    _, mark, text = line.partition(b";")
+    return mark + text.rstrip(b"\r\n") + (ending(line) or b"\n") if mark else b""
 
 
 class _Expander(Writer):
@@ -265,11 +276,8 @@ class _Expander(Writer):
 
     def pattern(self, pattern: Pattern, first: int, last: int) -> bytes:
         """A block as plain holes, first as it stands and then once a copy."""
-        kept = [
-            line
-            for line in self.program.document.text(first, last).splitlines(keepends=True)
-            if line.lstrip().startswith(b";")
-        ]
+        apart = set(range(first, last)) - _unit_lines(self.program, pattern)
+        kept = [_comment(self.program.document.line(number)) for number in sorted(apart)]
         out = [*kept, *(self._written(row, None) for row in range(pattern.first, pattern.last))]
         for copy in pattern.copies:
             out += [self._written(row, copy) for row in range(pattern.first, pattern.last)]
@@ -290,7 +298,8 @@ class _Expander(Writer):
 
     def _written(self, row: int, copy: Copy | None) -> bytes:
         """The holes of a unit in absolute coordinates, moved by a copy."""
-        line = self.program.document.line(self.rows.first[row])
+        document = self.program.document
+        line, *more = (document.line(i) for i in range(self.rows.first[row], self.rows.last[row]))
         end = ending(line) or b"\n"
 
         def moved(x: int, y: int) -> Place:
@@ -302,12 +311,13 @@ class _Expander(Writer):
         if self.rows.kind[row] == Kind.SLOT:
             first = self._text(*moved(*self._first(row)))
             self.at = moved(*self._last(row))
-            return first + b"G85" + self._text(*self.at) + end
+            comment = _comment(line) if copy is None else b""
+            return first + b"G85" + self._text(*self.at) + (comment or end)
         repeats = self.program.repeats.get(row, ())
         places = [moved(x, y) for x, y in repeated(*self._first(row), repeats)]
         self.at = places[-1]
         if copy is None:
-            return AXES.sub(self._text(*places[0]), line, count=1) + b"".join(
-                self._text(*place) + end for place in places[1:]
-            )
+            hit = AXES.sub(self._text(*places[0]), line, count=1)
+            further = (self._text(*place) + end for place in places[1:])
+            return b"".join([hit, *map(_comment, more), *further])
         return b"".join(self._text(*place) + end for place in places)
