@@ -387,6 +387,9 @@ def test_programs_are_found_by_suffix_or_look(tmp_path):
     for option in (["--expand"], ["--merge-tool-selections"], ["--tool-order", "optimise"]):
         done = CliRunner().invoke(main, ["optimize", *option, str(tmp_path / "a.nc")])
         assert done.exit_code == 2
+    for flag, value in (("--format", "2:4"), ("--zeros", "lz"), ("--sidecar", "nosuch")):
+        done = CliRunner().invoke(main, ["optimize", flag, value, str(tmp_path / "a.tap")])
+        assert done.exit_code == 2 and f"takes no {flag}" in done.output
 
 
 def drilled(program):

@@ -9,6 +9,7 @@ from __future__ import annotations
 from pathlib import Path
 from types import ModuleType
 
+from tcp.errors import UsageError
 from tcp.files import excellon, gcode
 from tcp.files.excellon import Hints, Program
 from tcp.files.excellon import guard as excellon_guard
@@ -25,12 +26,22 @@ def read_drilling(path: str | Path, hints: Hints | None = None) -> Program:
     ------
     InputError
         If it cannot be read or is not understood.
+    UsageError
+        If the hints are about numbers of a kind that G-code has not.
     """
     path = Path(path)
     data = read_bounded(path)
     if is_gcode(path, data):
+        _check_hints(path, hints or Hints())
         return gcode.parse(data, path, hints)
     return excellon.parse(data, path, hints)
+
+
+def _check_hints(path: Path, hints: Hints) -> None:
+    given = {"--format": hints.digits, "--zeros": hints.zeros, "--sidecar": hints.sidecar}
+    for flag, value in given.items():
+        if value is not None:
+            raise UsageError(f"{path}: G-code takes no {flag}; drop it")
 
 
 def is_gcode(path: Path, data: bytes) -> bool:
