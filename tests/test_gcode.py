@@ -392,6 +392,29 @@ def test_programs_are_found_by_suffix_or_look(tmp_path):
         assert done.exit_code == 2 and f"takes no {flag}" in done.output
 
 
+OPENINGS = {
+    "overrides": "M48\nG21 G90\nT1 M6\nG81 X1 Y1 Z-1 R1 F100\nX9 Y9\nX2 Y2\nG80\nM30\n",
+    "overrides below": "%\nN1 G21\nN2 M48\nG99 G82 X1 Y1 Z-1 R1 P.1 F100\nX9 Y9\nX2 Y2\nM30\n%\n",
+    "several a line": "%\nG90 G54 G80 G21\nT1 M6\nG99 G82 X1 Y1 Z-1 R1 \nX9Y9\nX2Y2\nM30\n%\n",
+    "cycle first": "%\nT1 M6\nG99 G83 G21 X1 Y1 Z-1 R1 Q.5 F100\nX9Y9\nX2Y2\nM30\n%\n",
+}
+
+
+@pytest.mark.parametrize("opening", OPENINGS)
+def test_programs_are_known_by_their_words(tmp_path, opening):
+    for name in ("a.ngc", "a.nc", "a.tap"):
+        (tmp_path / name).write_text(OPENINGS[opening])
+        assert len(read_drilling(tmp_path / name).rows) == 3
+        assert len(files.read(tmp_path / name).workpiece) == 3
+
+
+def test_a_header_makes_it_excellon(tmp_path):
+    for header in ("M48\nMETRIC\nT1C1.0\n%\n", "M48 ; header\nMETRIC\nG90\nT1C1.0\nM95\n"):
+        (tmp_path / "a.nc").write_text(f"{header}G90\nG05\nT1\nG81\nX1.0Y1.0\nM30\n")
+        assert len(files.read(tmp_path / "a.nc").workpiece) == 1
+        assert read_drilling(tmp_path / "a.nc").tools[1].diameter == 1
+
+
 def drilled(program):
     """Tool and number of holes a section, as the program understands itself."""
     kinds, parts = program.rows.kind.tolist(), program.selections

@@ -63,9 +63,10 @@ def _wide(head: bytes) -> bool:
 _REPORTED = re.compile(r"^T(\d+)\s+\S+\s+\([^)]*\)\s+(?:Round|Slot)\s+(\d+)\s", re.M)
 _GCODE = re.compile(
     r"^[ \t]*+(?:N\d++[ \t]*+)?"
-    r"(?:G0?[0-3]\b.*Z|G(?:20|21|17|54|81|82|83|73)\b.*(?:Z|$)|Z-?\d)",
+    r"(?:G\d.*Z[-+.\d]|(?:[GM][\d.]++[ \t]*+){0,8}G(?:20|21|17|54|81|82|83|73)(?!\d)|Z[-+.\d])",
     re.M,
 )
+_HEADER = re.compile(r"^[ \t]*+M48[ \t\r]*+$(.*?)(?:^[ \t]*+(?:%|M95)|\Z)", re.M | re.S)
 _LOOKS = (
     (r"^%(?:FS|MO|AD|AM|LP|TF)|^[ \t]*+X-?\d++Y-?\d++D0[123]\*", "is a Gerber file"),
     (r"^(?:IN;|PU|PD|SP\d)[^\n]*;", "is an HPGL plot"),
@@ -99,7 +100,8 @@ def looks_gcode(data: bytes) -> bool:
     """Whether a file has a G-code program's words (Z, plane) and no Excellon header."""
     head = data[:HEAD].decode("latin-1")
     bare = re.sub(r"\([^()]*+\)|;[^\n]*+", "", head)
-    return "M48" not in head and bool(_GCODE.search(bare))
+    header = _HEADER.search(bare)  # to G-code, M48 is no header but enables overrides
+    return bool(_GCODE.search(bare)) and not (header and not _GCODE.search(header[1]))
 
 
 def find_sidecar(path: Path, data: bytes, given: Path | None = None) -> Sidecar | None:
