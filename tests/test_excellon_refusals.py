@@ -8,6 +8,7 @@ from tcp.errors import InputError
 from tcp.files.excellon import Hints, parse, read_program
 
 HEAD = "M48\nMETRIC,TZ\nT1C0.3\nT2C0.5\n%\n"
+FORMAT_1 = b"M48\nFMAT,1\nMETRIC,TZ\nT1C0.3\n%\nT1\n"
 
 BAD = {
     "empty": (b"", "is empty"),
@@ -46,6 +47,11 @@ BAD = {
     "pattern": (HEAD.encode() + b"T1\nM25\nX1Y1\nM30\n", r":7: the pattern that begins here"),
     "slot without a start": (HEAD.encode() + b"T1\nX1Y1\nG85X5\nM30\n", r":8: G85 without"),
     "copy": (HEAD.encode() + b"T1\nX1Y1\nM02X5\nM30\n", r":8: M02 repeats a pattern"),
+    "format 1, no pattern": (FORMAT_1 + b"M24\n", r":7: M24 ends a pattern, but no M25"),
+    "format 1, no copy": (FORMAT_1 + b"M26X5\n", r":7: M26 repeats .* expected M25 \.\.\. M24"),
+    "format 1, open": (FORMAT_1 + b"M25\nX1Y1\nM27\n", r":9: M27 ends .* M24 is missing"),
+    "format 1, words": (FORMAT_1 + b"M27X1\n", r":7: M27 with something behind"),
+    "format 1, cut": (FORMAT_1 + b"X1Y1\n", r":7: ends without M02"),
     "after end": (HEAD.encode() + b"T1\nX1Y1\nM30\nX2Y2\n", r":9: follows the end"),
     "other units": (HEAD.encode() + b"T1\nX1Y1\nINCH\nM30\n", r":8: states units inch, but line 2"),
     "format late": (HEAD.encode() + b"T1\nX1Y1\nMETRIC,0000.00\nM30\n", r":8: states the format"),

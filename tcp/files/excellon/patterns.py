@@ -14,9 +14,15 @@ from tcp.files.excellon.state import State, Words, code_of
 FORMAT_1 = {2: 30, 24: 1, 26: 2, 1: 6, 27: 8, 0: 9, 21: 80, 22: 90}
 """M-codes of ``FMAT,1`` and what they are called in format 2."""
 
+_FORMAT_2 = {code: own for own, code in FORMAT_1.items()}
+
 
 class Patterns(State):
     """The part of the reader that repeats things."""
+
+    def _m(self, code: int) -> str:
+        """What the file calls an M-code."""
+        return f"M{_FORMAT_2.get(code, code) if self.format_1 else code:02d}"
 
     def _repeat(self, words: Words) -> None:
         found = dict(words)
@@ -64,31 +70,37 @@ class Patterns(State):
             self.pattern = None
         elif code == 1:
             if self.pattern_from is None:
-                self.refuse("M01 ends a pattern, but no M25 begins one")
+                self.refuse(f"{self._m(1)} ends a pattern, but no M25 begins one")
             assert self.pattern_from is not None
             self.pattern, self.pattern_from = (self.pattern_from, here), None
         elif code == 8:
             if self.pattern_from is not None:
-                self.refuse("M08 ends step and repeat, but the pattern's M01 is missing")
+                ends, missing = self._m(8), self._m(1)
+                self.refuse(f"{ends} ends step and repeat, but the pattern's {missing} is missing")
             self._close_pattern(by_name=True)
         elif rest:
             self._copy(rest)
         elif self.pattern is None:
-            self.refuse("M02 repeats a pattern, but none is complete; expected M25 ... M01 before")
+            self._incomplete()
 
     def _unended(self) -> None:
         self.at = self.pattern_line
-        self.refuse("the pattern that begins here has no end (M01)")
+        self.refuse(f"the pattern that begins here has no end ({self._m(1)})")
+
+    def _incomplete(self) -> None:
+        copies, before = self._m(2), f"M25 ... {self._m(1)}"
+        self.refuse(f"{copies} repeats a pattern, but none is complete; expected {before} before")
 
     def _copy(self, rest: Words) -> None:
         if self.pattern is None:
-            self.refuse("M02 repeats a pattern, but none is complete; expected M25 ... M01 before")
+            self._incomplete()
         shift = {letter: text for letter, text in rest if letter in "XY" and text}
         codes = {code_of(text) for letter, text in rest if letter == "M"}
         codes = {FORMAT_1.get(c, c) for c in codes} if self.format_1 else codes
         twice = len(shift) < sum(letter in "XY" for letter, _ in rest)
         if not codes <= {70, 80, 90} or twice or any(c not in "XYM" for c, _ in rest):
-            self.refuse("M02 is followed by something else than X, Y, M70, M80 and M90")
+            known = f"X, Y, M70, {self._m(80)} and {self._m(90)}"
+            self.refuse(f"{self._m(2)} is followed by something else than {known}")
         line = self.at + 1
         before = self.copies[-1] if self.copies else Copy(0, 0)
         dx, dy = (self.settings.value(shift[a], line) if a in shift else 0 for a in "XY")

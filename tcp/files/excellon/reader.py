@@ -154,7 +154,7 @@ class Reader(Routing):
             note_comment(self, line.decode("latin-1"))
             return
         if self.ended:
-            self.refuse("follows the end of the program (M30); split the file into two")
+            self.refuse(f"follows the end of the program ({self._m(30)}); split the file into two")
         if b";" in line:
             line = line[: line.index(b";")].rstrip()
         if line == b"M48":
@@ -203,7 +203,9 @@ class Reader(Routing):
             code = FORMAT_1.get(code, code)
         rest = words[1:]
         if rest and code != 2:
-            self.refuse(f"M{code:02d} with something behind it is not understood; split the line")
+            self.refuse(
+                f"{self._m(code)} with something behind it is not understood; split the line"
+            )
         if code == 30:
             self._flush_open()
             self.ended = True
@@ -219,7 +221,7 @@ class Reader(Routing):
             self._barrier()
         else:
             self.refuse(
-                f"M{code:02d} is not understood; remove the line if the machine can do without"
+                f"{self._m(code)} is not understood; remove the line if the machine can do without"
             )
 
     def _stop(self) -> None:
@@ -229,7 +231,8 @@ class Reader(Routing):
             return
         later = [n for n in self.tools if n > (self.tool or 0)]
         if not later:
-            self.refuse("M00 changes to a tool that no comment defines; expected 'Holesize'")
+            stop = self._m(0)
+            self.refuse(f"{stop} changes to a tool that no comment defines; expected 'Holesize'")
         self._take(min(later))
 
     def _move(self, words: Words) -> None:
@@ -298,7 +301,10 @@ class Reader(Routing):
         if not self.ended:
             if not self.settings.hints.unfinished:
                 self.at = max(len(self.document) - 1, 0)
-                self.refuse("ends without M30, so it may be cut off; add M30 or pass --unfinished")
+                end = self._m(30)
+                self.refuse(
+                    f"ends without {end}, so it may be cut off; add it or pass --unfinished"
+                )
             self._flush_open()
         if self.pattern_from is not None:
             self._unended()
