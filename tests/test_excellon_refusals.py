@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from fractions import Fraction
+
 import pytest
 
 from tcp.errors import InputError
@@ -52,6 +54,7 @@ BAD = {
     "format 1, open": (FORMAT_1 + b"M25\nX1Y1\nM27\n", r":9: M27 ends .* M24 is missing"),
     "format 1, words": (FORMAT_1 + b"M27X1\n", r":7: M27 with something behind"),
     "format 1, cut": (FORMAT_1 + b"X1Y1\n", r":7: ends without M02"),
+    "negative": (b"M48\nMETRIC,TZ\nT1C-0.8\n%\nT1\nX1Y1\nM30\n", r":3: '-0.8' is no diameter"),
     "after end": (HEAD.encode() + b"T1\nX1Y1\nM30\nX2Y2\n", r":9: follows the end"),
     "other units": (HEAD.encode() + b"T1\nX1Y1\nINCH\nM30\n", r":8: states units inch, but line 2"),
     "format late": (HEAD.encode() + b"T1\nX1Y1\nMETRIC,0000.00\nM30\n", r":8: states the format"),
@@ -75,6 +78,12 @@ def test_bad_files_get_one_sentence_with_line_and_remedy(name):
 
 def test_a_file_without_its_end_can_be_accepted():
     assert parse(HEAD.encode() + b"T1\nX1Y1\n", hints=Hints(unfinished=True)).hits == 1
+
+
+def test_a_diameter_of_zero_is_one_that_nobody_knows():
+    head = HEAD.replace("C0.3", "C0.000").encode()
+    program = parse(head + b"T1\nX1Y1\nT2\nX2Y2\nM30\n")
+    assert [tool.diameter for tool in program.tools.values()] == [None, Fraction(1, 2)]
 
 
 def test_missing_files_and_folders(tmp_path):

@@ -73,6 +73,6 @@ def note_comment(reader: State, text: str) -> None:
     if found[6]:
         reader.stated.setdefault(number, int(found[6]))
     if number not in reader.tools:
-        diameter = Fraction(found[3]) * _MM[found[5]]
+        diameter = Fraction(found[3]) * _MM[found[5]] or None
         plated = None if found[4] is None else found[4] == "PLATED"
         reader.tools[number] = Tool(number, diameter, plated, reader.at + 1)

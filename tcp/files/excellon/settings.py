@@ -170,7 +170,7 @@ class Settings:
         return values
 
     def length(self, text: bytes, line: int) -> Fraction | None:
-        """A tool's diameter in mm; None where it is not given or has no decimal point."""
+        """A tool's diameter in mm; None where it is not given, 0 or without a decimal point."""
         if not text or (b"." not in text and len(text) > 2):
             return None
         units = self.units.value
@@ -178,9 +178,12 @@ class Settings:
             self._refuse_units(line)
         assert units is not None
         try:
-            return Fraction(text.decode()) * units.in_mm
+            diameter = Fraction(text.decode()) * units.in_mm
         except ValueError:
             raise InputError(f"{shown(text)} is no diameter", self.path, line) from None
+        if diameter < 0:
+            raise InputError(f"{shown(text)} is no diameter: it is negative", self.path, line)
+        return diameter or None
 
     def style(self) -> Style:
         """How the file writes its numbers."""
