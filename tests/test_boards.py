@@ -663,6 +663,14 @@ def test_check_tells_both_ends_where_there_is_a_gap(board):
     assert found and 1 < float(found[1]) < float(found[2])
 
 
+@pytest.mark.parametrize("name", ["a.csv", "a.tsp", "a.kicad_pcb", "a.DXF"])
+def test_what_only_solve_reads_is_said_to_be_so(tmp_path, name):
+    (tmp_path / name).write_text("x,y\n1,2\n")
+    done = run(tmp_path / name)
+    said = f"tcp solve reads {Path(name).suffix}, tcp optimize Excellon and G-code"
+    assert done.exit_code == 3 and said in done.stderr
+
+
 def test_outputs_without_a_place_are_refused_before_any_work(board, tmp_path, monkeypatch):
     monkeypatch.setattr("tcp.cli.optimize.optimise", None)
     other = tmp_path / "other"
@@ -677,6 +685,7 @@ def test_outputs_without_a_place_are_refused_before_any_work(board, tmp_path, mo
         ["--plot", tmp_path / "none" / "a.svg"],
         ["--manifest", tmp_path / "none" / "a.json"],
         ["--out", tmp_path / "none" / "a.drl"],
+        ["--out", f"{tmp_path}/none/"],
     ):
         done = run(board, *words)
         assert done.exit_code == 7 and "there is no folder" in done.stderr
@@ -915,7 +924,6 @@ def test_a_folder_that_cannot_be_written_to_ends_the_call_before_any_work(
         ["--check", "--out", "x.drl"],
         ["--check", "--force"],
         ["--in-place", "--out", "x.drl"],
-        ["--out", "none/"],
         ["--keep-first", "1", "--tool-order", "ascending"],
         ["--keep-first", "1", "--merge-tool-selections"],
         ["--vx", "5"],

@@ -175,10 +175,16 @@ def _live(wanted: bool) -> Iterator[News | None]:
 
 
 def place(text: str) -> Path:
-    """Where to write; an option's type.  What ends like a folder's name must be one."""
+    """Where to write; an option's type.  What ends like a folder's name must be one.
+
+    Raises
+    ------
+    OutputError
+        If it is none.
+    """
     path = Path(text)
     if text.endswith(("/", os.sep)) and not path.is_dir():
-        raise click.BadParameter(f"there is no folder {text}")
+        raise OutputError(f"cannot write {text}: there is no folder {path}")
     return path
 
 

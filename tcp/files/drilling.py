@@ -9,14 +9,17 @@ from __future__ import annotations
 from pathlib import Path
 from types import ModuleType
 
-from tcp.errors import UsageError
-from tcp.files import excellon, gcode
+from tcp.errors import InputError, UsageError
+from tcp.files import READERS, excellon, gcode
 from tcp.files.excellon import Hints, Program
 from tcp.files.excellon import guard as excellon_guard
 from tcp.files.excellon import rewrite as excellon_rewrite
 from tcp.files.excellon.dialects import looks_excellon, looks_gcode
 from tcp.files.excellon.rewrite import Orders
 from tcp.files.text import read_bounded
+
+_SOLVED = {name for name, reader in READERS.items() if not reader.endswith(("excellon", "gcode"))}
+_SOLVED -= {".txt"}  # Altium's drill files
 
 
 def read_drilling(path: str | Path, hints: Hints | None = None) -> Program:
@@ -31,6 +34,11 @@ def read_drilling(path: str | Path, hints: Hints | None = None) -> Program:
     """
     path = Path(path)
     data = read_bounded(path)
+    if path.suffix.lower() in _SOLVED:
+        message = (
+            f"is no drill file: tcp solve reads {path.suffix}, tcp optimize Excellon and G-code"
+        )
+        raise InputError(message, path)
     if is_gcode(path, data):
         _check_hints(path, hints or Hints())
         return gcode.parse(data, path, hints)
