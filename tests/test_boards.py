@@ -663,6 +663,14 @@ def test_check_tells_both_ends_where_there_is_a_gap(board):
     assert found and 1 < float(found[1]) < float(found[2])
 
 
+def test_copies_of_a_private_board_are_private(board):
+    board.chmod(0o600)
+    for option, copy in (("--force", "board-optimized.drl"), ("--in-place", "board.drl.bak")):
+        assert run(board, option).exit_code == 0
+        assert board.with_name(copy).stat().st_mode & 0o777 == 0o600
+    assert board.stat().st_mode & 0o777 == 0o600
+
+
 @pytest.mark.parametrize("name", ["a.csv", "a.tsp", "a.kicad_pcb", "a.DXF"])
 def test_what_only_solve_reads_is_said_to_be_so(tmp_path, name):
     (tmp_path / name).write_text("x,y\n1,2\n")

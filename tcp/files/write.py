@@ -12,11 +12,15 @@ from tcp.errors import OutputError, system_reason
 
 
 def write_file(
-    path: str | Path, content: str | bytes, check: Callable[[bytes], None] | None = None
+    path: str | Path,
+    content: str | bytes,
+    check: Callable[[bytes], None] | None = None,
+    like: Path | None = None,
 ) -> None:
     """Write to a temporary file beside ``path``, read it back, and rename it into place.
 
     ``check`` sees what was read back and may raise: then nothing is renamed.
+    A new file is kept from whom the file ``like`` is kept from.
     Devices and pipes such as ``/dev/stdout`` are written directly, see :func:`is_stream`.
 
     Raises
@@ -35,7 +39,7 @@ def write_file(
         elif is_stream(path):
             path.write_bytes(data)
         else:
-            _replace(real_path(path), data, check)
+            _replace(real_path(path), data, check, like)
     except OSError as error:
         raise OutputError(f"cannot write {path}: {system_reason(error)}") from None
 
@@ -67,7 +71,9 @@ def real_path(path: Path) -> Path:
     return Path(os.path.realpath(path))
 
 
-def _replace(path: Path, data: bytes, check: Callable[[bytes], None] | None) -> None:
+def _replace(
+    path: Path, data: bytes, check: Callable[[bytes], None] | None, like: Path | None
+) -> None:
     handle, name = tempfile.mkstemp(dir=path.parent, prefix=".tcp-")
     temporary = Path(name)
     try:
@@ -80,16 +86,17 @@ def _replace(path: Path, data: bytes, check: Callable[[bytes], None] | None) -> 
             raise OutputError(f"cannot write {path}: what was read back differs")
         if check is not None:
             check(written)
-        temporary.chmod(_mode(path))
+        temporary.chmod(_mode(path, like))
         temporary.replace(path)
     finally:
         temporary.unlink(missing_ok=True)
 
 
-def _mode(path: Path) -> int:
-    """Permissions for the new file: the old file's, else what the umask grants."""
+def _mode(path: Path, like: Path | None) -> int:
+    """Permissions for the new file: the old file's, else what umask and ``like`` grant."""
     if path.exists():
         return path.stat().st_mode & 0o777
     mask = os.umask(0)
     os.umask(mask)
-    return 0o666 & ~mask
+    granted = like.stat().st_mode if like is not None and like.is_file() else 0o666
+    return 0o666 & ~mask & (granted | 0o600)
