@@ -9,6 +9,7 @@ from pathlib import Path
 import click
 
 from tcp.cli.options import READ, Problem, problem_options
+from tcp.cli.terminal import tell
 from tcp.errors import Exit
 from tcp.validate import certificate as checker
 
@@ -63,6 +64,7 @@ def _about(
 ) -> tuple[list[tuple[str, Fraction, Fraction]], str | None]:
     """Holes of the workpiece, and the instance's hash where more than the holes was said."""
     reading = problem.read(workpiece)
+    tell(workpiece, reading.notes)
     piece = reading.workpiece
     holes = [(h.id, h.x, h.y) for h in map(piece.hole, range(len(piece)))]
     said = asked or piece.matrix is not None

@@ -153,6 +153,15 @@ def test_tcp_check_refuses_other_problems(holes):
     assert code == 1 and "another workpiece" in text
 
 
+def test_tcp_check_names_the_tool_it_takes(tmp_path):
+    board = tmp_path / "b.drl"
+    hits = "T1\nX1.Y1.\nT2\n" + "".join(f"X{x}.Y{y}.\n" for x, y in ((0, 0), (1, 0), (3, 9)))
+    board.write_text(f"M48\nMETRIC,TZ\nT1C0.8\nT2C1.0\n%\n{hits}M30\n")
+    code, text = check(FOLDER / "correct" / "five.json", board)
+    assert code == 1 and "another workpiece" in text
+    assert "T2 drills most holes and is taken; --tool chooses among T1" in text
+
+
 def test_tcp_check_has_its_exit_codes(tmp_path, holes):
     assert check(FOLDER / "malformed" / "nan-dual.json")[0] == 3
     assert check(FOLDER / "incorrect" / "lost-leaf.json")[0] == 1
