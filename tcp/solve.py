@@ -24,6 +24,7 @@ from tcp.instance import Instance
 from tcp.result import Outcome, Progress, Proof, Report, Result, Status, silent
 from tcp.stop import Clock, Stop, compiling_is_free
 from tcp.validate.route import faults
+from tcp.words import counted
 
 
 @dataclass(frozen=True)
@@ -228,9 +229,10 @@ def choose(instance: Instance, exact: bool, certificate: bool = False) -> tuple[
     for name in dict.fromkeys(order):
         refusal = refuses(name, instance)
         if refusal is None and name == "held-karp" and size <= SMALL:
-            return name, f"{n} holes fit the dynamic programme, which always proves"
+            fit = f"{counted(n, 'hole')} {'fits' if n == 1 else 'fit'}"
+            return name, f"{fit} the dynamic programme, which always proves"
         if refusal is None:
-            return name, f"the first choice for {aim} over {n} holes" + "".join(refusals)
+            return name, f"the first choice for {aim} over {counted(n, 'hole')}" + "".join(refusals)
         refusals.append(f"; {name} refused, because {refusal}")
     raise UsageError(f"no solver takes {instance.name} with {n} holes" + "".join(refusals))
 

@@ -200,6 +200,20 @@ def test_a_certified_bound_is_not_called_an_optimum():
     assert said(Status.FEASIBLE, Proof.NONE) == "none"
 
 
+def test_gaps_are_percentages_however_small():
+    from tcp.report.table import percent
+
+    gaps = [None, 0, 0.25, -0.25, 1e-4, 3.4e-5, 1e-6, 2e-12]
+    said = ["unknown", "0 %", "25.00 %", "-25.00 %", "0.01 %", "0.0034 %", "0.0001 %"]
+    assert [percent(gap) for gap in gaps] == [*said, "under 0.0001 %"]
+
+
+def test_one_hole_is_in_the_singular(tmp_path):
+    path = tmp_path / "one.csv"
+    path.write_text("3,4\n")
+    assert "1 hole fits the dynamic programme" in tcp("solve", path).stdout
+
+
 def test_infeasible_is_exit_4():
     done = tcp("solve", "--min-jump", "400", DATA / "wp1.csv")
     assert done.exit_code == 4 and "infeasible" in done.stdout
@@ -395,7 +409,7 @@ def test_info_describes_a_workpiece(tmp_path):
     assert data["diameters_mm"] == {"1.016": 2, "none": 1} and data["tools"] == {"T1": 2, "none": 1}
     assert data["coincident"] == 1 and data["file_order"] == "50.8"
     text = tcp("info", path).stdout
-    assert "T1 (2 holes)" in text and "coincident" in text
+    assert "T1 (2 holes)" in text and "none (1 hole)" in text and "coincident" in text
 
 
 @pytest.mark.parametrize("option", ["--out", "--plot", "--certificate", "--save-state"])

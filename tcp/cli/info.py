@@ -16,6 +16,7 @@ from tcp.files import Reading
 from tcp.instance import Instance
 from tcp.report.table import describe
 from tcp.result import decimal
+from tcp.words import counted
 
 EPILOG = """\b
 Examples:
@@ -75,7 +76,7 @@ def _table(data: dict[str, Any]) -> str:
         if key in ("name", "problem") or value in ([], {}):
             continue
         if isinstance(value, dict):
-            value = ", ".join(f"{k} ({n} holes)" for k, n in value.items())
+            value = ", ".join(f"{k} ({counted(n, 'hole')})" for k, n in value.items())
         if isinstance(value, list):
             value = (" ... " if key != "notes" else "; ").join(value)
         lines.append(f"  {key.replace('_', ' '):<17} {value}")

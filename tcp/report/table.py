@@ -75,13 +75,11 @@ def percent(gap: float | None) -> str:
     """A gap in percent, never rounded down to 0."""
     if gap is None:
         return "unknown"
-    return (
-        "0 %"
-        if gap == 0
-        else f"{max(gap, 1e-6):.2%}".replace("%", " %")
-        if gap >= 1e-4
-        else f"{gap:.1e}"
-    )
+    if gap == 0:
+        return "0 %"
+    if abs(gap) < 1e-6:
+        return "under 0.0001 %"
+    return f"{100 * gap:.{2 if abs(gap) >= 1e-4 else 4}f} %"
 
 
 def proof(result: Result) -> str:
