@@ -23,7 +23,7 @@ from tcp.experiments.plot import best_so_far
 from tcp.experiments.run import Optimum, conduct, optima
 from tcp.experiments.spec import load
 from tcp.experiments.statistics import Summary, mean_interval, summarise, wilson
-from tcp.experiments.table import paper_table, whole_report
+from tcp.experiments.table import honest_table, paper_table, whole_report
 from tcp.fleet import Fleet
 from tcp.solve import SOLVERS, solve
 from tcp.stop import StopReason
@@ -193,6 +193,33 @@ def test_hits_and_last_improvements():
     assert some_run(optimum=130).hit == 0
 
 
+def test_a_run_that_never_told_of_its_route_has_the_optimum_at_its_end():
+    silent = some_run(trace=[], iterations=40)
+    assert silent.optimal and silent.hit == 40
+    assert some_run(trace=[[0, 120]], iterations=40).hit == 40
+    assert some_run(optimum=80).optimal is False
+    uncounted = some_run(iterations=None, evaluations=None)
+    assert uncounted.optimal and uncounted.hit is None and uncounted.last is None
+
+
+@pytest.mark.parametrize("solver", ["held-karp", "htga"])
+def test_solvers_that_report_nothing_on_the_way_have_their_optimum_counted(solver, tmp_path):
+    board, spec = tmp_path / "three.csv", tmp_path / "three.toml"
+    board.write_text("x,y\n0,0\n3,0\n1,0\n")
+    spec.write_text(
+        'title = "Three"\nrows = ["success", "population", "least_iterations", "least_searched"]\n'
+        f'[[column]]\nname = "S"\nworkpiece = "{board}"\nsolver = "{solver}"\n'
+    )
+    experiment = load(spec)
+    known = optima(experiment)
+    runs = conduct(experiment, known, Journal(tmp_path / "j.jsonl"), fleet=Fleet(1))
+    summaries = summarise(experiment.columns, known, runs)
+    figures = [summaries[0].figure(row) for row in experiment.rows]
+    counts = {"held-karp": ["none", "none", "none"], "htga": ["50", "0", "6"]}
+    assert figures == ["1 of 1", *counts[solver]]
+    assert "| 0.00% ± - " in honest_table(summaries)
+
+
 # --- running ----------------------------------------------------------------
 
 
@@ -351,7 +378,7 @@ def test_intervals_are_the_textbooks():
     assert wilson(0, 5)[0] == 0 and wilson(5, 5)[1] == 1
     mean, half = mean_interval([1.0, 2.0, 3.0, 4.0])
     assert mean == 2.5 and half == pytest.approx(2.0542, abs=1e-4)  # t(3) = 3.1824, s = 1.2910
-    assert mean_interval([7.0]) == (7.0, 0.0)
+    assert mean_interval([7.0]) == (7.0, None)
 
 
 def test_the_table_shows_the_papers_figures_and_ours(small, tmp_path):

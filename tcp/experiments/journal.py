@@ -34,8 +34,8 @@ class Run:
         The best route, holes by id, separated by blanks.
     trace : list of [iteration, cost]
         Best so far, one entry an improvement; iteration 0 is the initial population.
-    iterations, evaluations : int
-        Made, until the optimum was hit or the limit reached.
+    iterations, evaluations : int or None
+        Made, until the optimum was hit or the limit reached; None where the solver counts none.
     seconds, cpu : float
         Wall time of the run, and processor time of the thread that made it.
     """
@@ -46,21 +46,28 @@ class Run:
     cost: int | None
     route: str
     trace: list[list[int]]
-    iterations: int
-    evaluations: int
+    iterations: int | None
+    evaluations: int | None
     seconds: float
     cpu: float
 
     @property
-    def hit(self) -> int | None:
-        """Iteration at which the run first had the optimum."""
-        if self.optimum is None:
-            return None
-        return next((at for at, cost in self.trace if cost <= self.optimum), None)
+    def optimal(self) -> bool:
+        """Whether the run has the optimum."""
+        return self.cost is not None and self.optimum is not None and self.cost <= self.optimum
 
     @property
-    def last(self) -> int:
+    def hit(self) -> int | None:
+        """Iteration at which the run first had the optimum: its last one, if the trace lacks it."""
+        if self.iterations is None or self.optimum is None or not self.optimal:
+            return None
+        return next((at for at, cost in self.trace if cost <= self.optimum), self.iterations)
+
+    @property
+    def last(self) -> int | None:
         """Iteration of the last improvement."""
+        if self.iterations is None:
+            return None
         return self.trace[-1][0] if self.trace else 0
 
 

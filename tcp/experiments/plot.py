@@ -72,7 +72,7 @@ def _figure() -> tuple[Any, Any]:
 
 def _draw(axes: Any, summary: Summary, colour: str) -> None:
     runs = [run for run in summary.runs if run.trace]
-    end = max(1, *(run.iterations for run in runs))
+    end = max(1, *(run.iterations or 0 for run in runs))
     grid = np.unique(np.geomspace(1, end, POINTS).astype(np.int64))
     grid = np.concatenate([[0], grid])
     curves = np.array([best_so_far(run.trace, grid) for run in runs]) * summary.unit_of_cost

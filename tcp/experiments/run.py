@@ -170,9 +170,9 @@ def one_run(task: tuple[str, Column, int, int]) -> Run:
     )
 
 
-def _count(result: Result, name: str) -> int:
-    value = result.details.get(name, 0)
-    return int(value) if isinstance(value, int) else 0
+def _count(result: Result, name: str) -> int | None:
+    value = result.details.get(name)
+    return value if isinstance(value, int) else None
 
 
 def _warm(experiment: Experiment) -> None:

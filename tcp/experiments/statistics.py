@@ -11,6 +11,7 @@ from tcp.experiments.journal import Run
 from tcp.experiments.run import Optimum
 from tcp.experiments.spec import Column
 from tcp.result import decimal
+from tcp.solve import defaults
 
 CONFIDENCE = 0.95
 
@@ -39,19 +40,24 @@ class Summary:
         return [run.cost for run in self.runs if run.cost is not None]
 
     @property
+    def optimal(self) -> list[Run]:
+        """The runs that reached the optimum."""
+        return [run for run in self.runs if run.optimal]
+
+    @property
     def hits(self) -> list[int]:
-        """Iterations at which runs first had the optimum, of those that had it."""
-        return [run.hit for run in self.runs if run.hit is not None]
+        """Iterations at which runs first had the optimum, of those that had it and counted."""
+        return [run.hit for run in self.optimal if run.hit is not None]
 
     @property
     def searched(self) -> list[int]:
-        """Solutions evaluated until the optimum was hit, of the runs that hit it."""
-        return [run.evaluations for run in self.runs if run.hit is not None]
+        """Solutions evaluated until the optimum was hit, of the runs that hit it and counted."""
+        return [run.evaluations for run in self.optimal if run.evaluations is not None]
 
     @property
     def success(self) -> float:
         """Share of the runs that reached the optimum."""
-        return len(self.hits) / len(self.runs)
+        return len(self.optimal) / len(self.runs)
 
     @property
     def gaps(self) -> list[float]:
@@ -71,9 +77,10 @@ class Summary:
     def figure(self, row: str) -> str:
         """The figure of a table row (a key of :data:`tcp.experiments.spec.ROWS`)."""
         if row == "population":
-            return str(self.column.options.get("np", self.column.options.get("agents", "")))
+            options = defaults(self.column.solver) | dict(self.column.options)
+            return str(options.get("np", options.get("agents", "none")))
         if row == "success":
-            return f"{len(self.hits)} of {len(self.runs)}"
+            return f"{len(self.optimal)} of {len(self.runs)}"
         if row == "optimal_time":
             return decimal(self.optimum.cost * self.column.instance.quantum)
         kind, _, what = row.partition("_")
@@ -95,7 +102,7 @@ class Summary:
         figures: dict[str, list[Any]] = {
             "sequence": [run.route for run in self.runs if run.cost == best],
             "iterations": self.hits,
-            "last": [run.last for run in self.runs],
+            "last": [run.last for run in self.runs if run.last is not None],
             "searched": self.searched,
             "time": self.costs,
             "error": self.gaps,
@@ -113,7 +120,7 @@ class Summary:
             return f"{value * 100:.2E}%"
         return f"{value:.1f}".removesuffix(".0")
 
-    def gap_interval(self) -> tuple[float, float]:
+    def gap_interval(self) -> tuple[float, float | None]:
         """Mean gap to the proved optimum, and half the width of its 95 % confidence interval."""
         return mean_interval(self.gaps)
 
@@ -129,19 +136,19 @@ class Summary:
 
     def success_interval(self) -> tuple[float, float]:
         """Wilson's 95 % confidence interval of the success rate."""
-        return wilson(len(self.hits), len(self.runs))
+        return wilson(len(self.optimal), len(self.runs))
 
 
 def _mean(values: Sequence[float]) -> float:
     return sum(values) / len(values)
 
 
-def mean_interval(values: Sequence[float]) -> tuple[float, float]:
-    """Mean, and half the width of Student's 95 % interval (0 for a single value)."""
+def mean_interval(values: Sequence[float]) -> tuple[float, float | None]:
+    """Mean, and half the width of Student's 95 % interval (None for a single value: unknown)."""
     mean = _mean(values)
     n = len(values)
     if n < 2:
-        return mean, 0.0
+        return mean, None
     from scipy.stats import t
 
     deviation = math.sqrt(sum((v - mean) ** 2 for v in values) / (n - 1))

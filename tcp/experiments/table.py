@@ -32,14 +32,13 @@ def honest_table(summaries: Sequence[Summary | None]) -> str:
         if s is None:
             continue
         low, high = s.success_interval()
-        gap, half = s.gap_interval() if s.costs else (float("nan"), 0.0)
         costs = [s.figure(f"{k}_time") for k in ("least", "average", "most")]
         rows.append(
             [
                 s.column.name,
                 str(len(s.runs)),
                 f"{s.success:.1%} ({low:.1%} to {high:.1%})",
-                f"{gap:.2%} ± {half:.2%}",
+                _gap(s),
                 *costs,
                 s.figure("optimal_time"),
                 s.optimum.proof,
@@ -47,6 +46,13 @@ def honest_table(summaries: Sequence[Summary | None]) -> str:
             ]
         )
     return markdown(rows)
+
+
+def _gap(s: Summary) -> str:
+    if not s.costs:
+        return "none"
+    mean, half = s.gap_interval()
+    return f"{mean:.2%} ± " + ("-" if half is None else f"{half:.2%}")
 
 
 def whole_report(experiment: Experiment, summaries: Sequence[Summary | None]) -> str:

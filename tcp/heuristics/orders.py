@@ -253,13 +253,13 @@ def search(
 
 def enumerate_all(instance: Instance, problem: Orders) -> Outcome:
     """The best of all orders, for the :data:`TRIVIAL` few free holes that need no search."""
-    found = [
-        (instance.cost(route), route)
+    routes = [
+        problem.route(np.array(order, dtype=np.int64))
         for order in itertools.permutations(range(len(problem)))
-        for route in [problem.route(np.array(order, dtype=np.int64))]
-        if not faults(instance, route)
     ]
-    return Outcome(min(found)[1] if found else None)
+    found = [(instance.cost(route), route) for route in routes if not faults(instance, route)]
+    details = {"iterations": 0, "evaluations": len(routes)}
+    return Outcome(min(found)[1] if found else None, details=details)
 
 
 def answer(
