@@ -181,6 +181,29 @@ def test_limits_are_heard_and_nonsense_is_refused():
             solve(instance, "bmga", **wrong)
 
 
+@pytest.mark.parametrize("clusters", [True, False])
+def test_generations_and_solutions_are_those_made(clusters, monkeypatch):
+    made, once = [], bmga._generations
+    monkeypatch.setattr(bmga, "_generations", lambda *a: (made.append(a[-1]), once(*a))[1])
+    for limit in (0, 7, 25, None):
+        made.clear()
+        result = solve(
+            Instance(panel()), "bmga", **QUICK, clusters=clusters, stop=Stop(iterations=limit)
+        )
+        found, groups = result.details, 6 if clusters else 1
+        assert found["evaluations"] == 10 * (sum(made) + groups)
+        if limit is None:
+            assert found["iterations"] < sum(made) or not clusters
+        else:
+            assert found["iterations"] == limit and sum(made) == limit * groups
+            assert result.stopped is StopReason.ITERATIONS
+
+
+def test_an_interrupted_epoch_counts_what_was_made_of_it():
+    result = solve(Instance(panel()), "bmga", stop=Stop(time=0.2), epoch=10**6, clusters=False)
+    assert result.stopped is StopReason.TIME and 0 < result.details["iterations"] < 10**6
+
+
 def test_a_single_hole_stands_alone():
     far = [(0, 0), (1, 0), (0, 1), (1, 1), (9000, 9000), (5000, 0), (5001, 0)]
     instance = Instance(Workpiece.from_decimals("far", far))

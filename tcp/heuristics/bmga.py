@@ -143,7 +143,8 @@ def run(
     -------
     Outcome
         The best route that keeps the instance's rules; ``details`` has the
-        generations made, the number of substrates and the unbalanced windows.
+        generations made (of the population that made most), the paths evaluated, the
+        number of substrates and the unbalanced windows.
 
     Raises
     ------
@@ -170,7 +171,8 @@ class _Population:
     """The chromosomes of one substrate; ``slots`` lists them best first.
 
     ``price`` holds what an unbalanced window and a move too many along one
-    axis cost, ``limits`` the window w, R_min, R_max and the longest axis run.
+    axis cost, ``limits`` the window w, R_min, R_max and the longest axis run;
+    ``made`` counts its generations.
     """
 
     problem: Orders
@@ -182,6 +184,7 @@ class _Population:
     costs: Ints
     slots: Ints
     stalled: int = 0
+    made: int = 0
 
     @property
     def cost(self) -> int:
@@ -266,7 +269,7 @@ class _Motherboard:
             for population in self.populations:
                 if stopped is None and population.stalled <= self.settings.stall:
                     stopped = self._epoch(population)
-            self.generations += self.settings.epoch
+            self.generations = max(p.made for p in self.populations)
             self._keep()
             stopped = stopped or self._stop()
         return Outcome(
@@ -274,7 +277,7 @@ class _Motherboard:
             stopped=stopped or StopReason.COMPLETED,
             details={
                 "iterations": self.generations,
-                "evaluations": self.generations * self.settings.np * len(self.populations),
+                "evaluations": sum(self.settings.np * (p.made + 1) for p in self.populations),
                 "substrates": len(self.populations),
                 "unbalanced": self._unbalanced(self.best) if self.best else 0,
             },
@@ -282,10 +285,11 @@ class _Motherboard:
 
     def _epoch(self, p: _Population) -> StopReason | None:
         """Steps 2-6 for one population, in pieces so that stops are heard."""
-        s, before, done = self.settings, p.cost, 0
+        s, before, limit = self.settings, p.cost, self.clock.stop.iterations
+        end = p.made + s.epoch if limit is None else min(p.made + s.epoch, limit)
         piece = max(1, 1_000_000 // (s.np * max(len(p.x), 1)))
-        while done < s.epoch:
-            steps = min(piece, s.epoch - done)
+        while p.made < end:
+            steps = min(piece, end - p.made)
             _generations(
                 self.rng,
                 *p.scale,
@@ -298,7 +302,7 @@ class _Motherboard:
                 s.points,
                 steps,
             )
-            done += steps
+            p.made += steps
             reason = self._stop()
             if reason is not None:
                 return reason
