@@ -211,6 +211,7 @@ def test_roundings_are_told_from_errors(papers):
 
 
 def test_damaged_cells_are_marked(papers):
+    assert "TCP701" in codes(papers["htga-2016#table-v-cs"])
     assert "TCP701" in codes(papers["htga-2016#table-x-feasible-1"])
     scanned = papers["htga-2016#table-x-feasible-1-as-scanned"]
     assert {f.data.get("label") for f in scanned.findings if f.code == "TCP103"} == {"50"}
@@ -431,6 +432,25 @@ def test_misquoted_sequences_and_figures(tmp_path):
     quoting = ROUTE.replace("1 2 3", "1 3 2") + 'time = 6\nquotes = "a#r"\n'
     found = audit([source, claims(tmp_path, PIECE + quoting, "b.toml")])
     assert {"TCP602", "TCP603"} <= {f.code for f in found.findings}
+
+
+PARAMETERS = '[[parameters]]\nid = "v"\nwhere = "w"\nvalues = { a = 1 }\n'
+
+
+@pytest.mark.parametrize(
+    ("values", "quoted", "code"),
+    [("a = 1", "a#v", "TCP607"), ("b = 2", "a#v", "TCP610"), ("a = 1", "a#r", "TCP610")],
+)
+def test_a_quotation_repeats_only_what_could_be_compared(tmp_path, values, quoted, code):
+    source = claims(tmp_path, PIECE + PARAMETERS + ROUTE, "a.toml")
+    body = PARAMETERS.replace("a = 1", values) + f'quotes = "{quoted}"\n'
+    quoting = claims(tmp_path, body, "b.toml")
+    assert codes(audit([source, quoting]).entries[-1]) == [code]
+
+
+def test_a_claim_that_quotes_itself_is_refused(tmp_path):
+    with pytest.raises(InputError, match="claim v: quotes itself, c#v"):
+        audit([claims(tmp_path, PARAMETERS + 'quotes = "c#v"\n')])
 
 
 def test_a_wrong_matrix_is_named_entry_by_entry(tmp_path):

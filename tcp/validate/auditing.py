@@ -71,10 +71,13 @@ class Audit:
         One per claim, in the order of the files.
     sources : tuple of str
         The papers, as titles with year.
+    suspect : bool
+        Whether misprinted coordinates were looked for.
     """
 
     entries: tuple[Entry, ...]
     sources: tuple[str, ...] = ()
+    suspect: bool = False
 
     @property
     def findings(self) -> list[Finding]:
@@ -126,7 +129,7 @@ def audit(
             entry = _Judge(book, file, claim, suspect).entry()
             found = [*entry.findings, *subjects.get(claim.key, [])]
             entries.append(replace(entry, findings=_located(found, claim, ignore)))
-    return Audit(tuple(entries), tuple(_title(f) for f in read))
+    return Audit(tuple(entries), tuple(_title(f) for f in read), suspect)
 
 
 def single(

@@ -364,6 +364,13 @@ CODES: dict[str, Code] = {
         "Recomputed entry by entry.",
         "Nothing.",
     ),
+    "TCP610": Code(
+        "nothing-to-compare",
+        "warning",
+        "The claim shares no parameter, figure or sequence with the one it quotes.",
+        "Only what both claims state under one key can be compared; here nothing is confirmed.",
+        "Quote the claim that states it, under the same keys.",
+    ),
     "TCP701": Code(
         "damaged-cell",
         "warning",

@@ -21,15 +21,23 @@ NAMED = 12
 def quotation_findings(
     claim: Claim, claims: Mapping[str, Claim], piece: Workpiece | None
 ) -> list[Finding]:
-    """Findings 601 to 603, 607 and 608: a claim against the claim it quotes."""
+    """Findings 601 to 603, 607, 608 and 610: a claim against the claim it quotes."""
     quoted = claim.text("quotes")
     if not quoted:
         return []
     source = claims.get(quoted)
     if source is None:
         return [finding("TCP608", f"the quoted claim {quoted} is not among the audited files")]
-    found = _parameters(claim, source) + _figures(claim, source)
-    found += _sequences(claim, source, piece)
+    if source is claim:
+        raise InputError(f"quotes itself, {quoted}")
+    compared = [
+        *_parameters(claim, source),
+        *_figures(claim, source),
+        *_sequences(claim, source, piece),
+    ]
+    if not compared:
+        return [finding("TCP610", f"has no parameter, figure or sequence in common with {quoted}")]
+    found = [difference for difference in compared if difference is not None]
     return found or [finding("TCP607", f"repeats {quoted} faithfully")]
 
 
@@ -38,10 +46,13 @@ def same(a: Printed, b: Printed) -> bool:
     return a.agreement(b.value).holds or b.agreement(a.value).holds
 
 
-def _parameters(claim: Claim, source: Claim) -> list[Finding]:
+def _parameters(claim: Claim, source: Claim) -> list[Finding | None]:
+    """Of each parameter that both have the difference, None where they agree."""
     mine, theirs = claim.values.get("values", {}), source.values.get("values", {})
     return [
-        finding(
+        None
+        if _same_text(mine[name], theirs[name])
+        else finding(
             "TCP601",
             f"{name} is {mine[name]} here, but {theirs[name]} in {_place(source)}",
             parameter=name,
@@ -49,7 +60,7 @@ def _parameters(claim: Claim, source: Claim) -> list[Finding]:
             there=theirs[name],
         )
         for name in mine
-        if name in theirs and not _same_text(mine[name], theirs[name])
+        if name in theirs
     ]
 
 
@@ -64,8 +75,8 @@ def _bare(text: str) -> str:
     return re.sub(r"\s+", "", text).lower()
 
 
-def _figures(claim: Claim, source: Claim) -> list[Finding]:
-    found = []
+def _figures(claim: Claim, source: Claim) -> list[Finding | None]:
+    found: list[Finding | None] = []
     for key, mine in claim.values.items():
         theirs = source.values.get(key)
         if isinstance(mine, Printed) and isinstance(theirs, Printed) and key not in ("vx", "vy"):
@@ -74,9 +85,9 @@ def _figures(claim: Claim, source: Claim) -> list[Finding]:
             different = mine != theirs
         else:
             continue
-        if different:
-            text = f"{_words(key)} is {mine} here, but {theirs} in {_place(source)}"
-            found.append(finding("TCP602", text, key=key, here=str(mine), there=str(theirs)))
+        text = f"{_words(key)} is {mine} here, but {theirs} in {_place(source)}"
+        misquoted = finding("TCP602", text, key=key, here=str(mine), there=str(theirs))
+        found.append(misquoted if different else None)
     return found
 
 
@@ -88,14 +99,14 @@ def _words(key: str) -> str:
     return key.replace("_", " ")
 
 
-def _sequences(claim: Claim, source: Claim, piece: Workpiece | None) -> list[Finding]:
+def _sequences(claim: Claim, source: Claim, piece: Workpiece | None) -> list[Finding | None]:
     mine, theirs = claim.values.get("sequence"), source.values.get("sequence")
     if mine is None or theirs is None or piece is None:
         return []
     a = order_of(mine, piece, claim.text("numbering") or "ids")
     b = order_of(theirs, piece, source.text("numbering") or "ids")
     if len(a) == len(b) and a.unknown == b.unknown and bool((a.entries == b.entries).all()):
-        return []
+        return [None]
     text = f"{len(a)} entries here, {len(b)} in {source.key}"
     if len(a) == len(b):
         places = [k + 1 for k in range(len(a)) if a.entries[k] != b.entries[k]][:NAMED]
