@@ -5,6 +5,7 @@ from __future__ import annotations
 import inspect
 import platform
 import signal
+import sys
 import threading
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
@@ -127,9 +128,12 @@ def solve(
         options["exact"] = True
     clock, trace = Clock(stop or Stop()), _Trace(report)
     with interruptible(clock), compiling_is_free(clock):
-        outcome: Outcome = module.run(
-            instance, rng=np.random.default_rng(seed), clock=clock, report=trace, **options
-        )
+        try:
+            outcome: Outcome = module.run(
+                instance, rng=np.random.default_rng(seed), clock=clock, report=trace, **options
+            )
+        except MemoryError:
+            raise UsageError(f"{name} needs more memory than there is") from None
         if certificate is not None and outcome.evidence is None:
             outcome = _with_evidence(instance, name, outcome, seed, clock, trace)
     if why:
@@ -285,10 +289,18 @@ def check_options(solver: str, options: Mapping[str, Any]) -> None:
         default = parameters[option].default
         wanted = _OPTIONAL.get(parameters[option].annotation, type(default))
         if wanted in _KINDS and not _fits(value, wanted):
-            raise UsageError(f"{solver}: {option} is {_KINDS[wanted]}, not {value!r}")
+            raise UsageError(f"{solver}: {option} is {_KINDS[wanted]}, not {value!r:.40}")
 
 
-_KINDS = {bool: "true or false", int: "a whole number", float: "a number", str: "a word"}
+MOST = 10**12
+"""No whole number that an option takes is larger."""
+
+_KINDS = {
+    bool: "true or false",
+    int: "a whole number up to 10^12",
+    float: "a finite number",
+    str: "a word",
+}
 """What an option takes, by the type of its default."""
 
 _OPTIONAL = {"float | None": float, "int | None": int}
@@ -299,8 +311,11 @@ def _fits(value: Any, kind: type) -> bool:
     """Whether a value may stand where the default is of ``kind``; a whole number is a number."""
     if isinstance(value, bool):
         return kind is bool
-    wide = {int: Integral, float: Real}
-    return isinstance(value, wide.get(kind, kind))
+    wide: Any = {int: Integral, float: Real}
+    most = {int: MOST, float: sys.float_info.max}
+    if not isinstance(value, wide.get(kind, kind)):
+        return False
+    return kind not in most or bool(abs(value) <= most[kind])
 
 
 def refuses(name: str, instance: Instance) -> str | None:

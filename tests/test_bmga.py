@@ -176,7 +176,7 @@ def test_limits_are_heard_and_nonsense_is_refused():
     assert result.stopped is StopReason.TIME and result.seconds < 1.5
     result = solve(instance, "bmga", stall=10**6, trpi=0.0, te=0.2)
     assert result.stopped is StopReason.TIME
-    for wrong in ({"np": 1}, {"mr": 2.0}, {"weight": -1.0}, {"crossover": "x"}, {"te": -1.0}):
+    for wrong in ({"np": 1}, {"mr": 2.0}, {"crossover": "x"}, {"te": -1.0}, {"weight": 1e300}):
         with pytest.raises(UsageError, match="bmga"):
             solve(instance, "bmga", **wrong)
 

@@ -215,12 +215,29 @@ def test_limits_are_heard(solver, endless):
         ("firefly", {"agents": 1}),
         ("firefly", {"gamma": -1.0}),
         ("pso", {"variant": "x"}),
+        ("pso", {"w_end": -0.1}),
         ("acs", {"rho": 1.0}),
     ],
 )
 def test_parameters_out_of_range_are_refused(solver, wrong):
     with pytest.raises(UsageError, match=solver):
         solve(Instance(board(4, 8)), solver, **wrong)
+
+
+@pytest.mark.parametrize("value", [float("nan"), float("inf"), -float("inf"), 10**400])
+def test_numbers_that_are_none_are_refused(value):
+    for solver, option in (("firefly", "gamma"), ("firefly", "width"), ("pso", "w_end")):
+        with pytest.raises(UsageError, match=f"{solver}: {option} is a finite number"):
+            solve(Instance(board(4, 8)), solver, **{option: value})
+
+
+@pytest.mark.parametrize(
+    ("solver", "option"),
+    [("htga", "np"), ("htga", "taguchi"), ("firefly", "agents"), ("pso", "np"), ("cuckoo", "np")],
+)
+def test_populations_beyond_the_memory_are_one_sentence(solver, option):
+    with pytest.raises(UsageError, match=f"{solver} needs more memory than there is"):
+        solve(Instance(board(4, 8)), solver, **{option: 10**12})
 
 
 def test_boards_beyond_the_matrix_are_refused():

@@ -209,7 +209,10 @@ def _populate(
     index, piece = np.array(problem.free, dtype=np.int64), instance.workpiece
     genes = np.zeros((2 * s.np, len(index)), dtype=np.int32)
     _near_paths(rng, problem.legs, genes, s.np, s.knn if s.clusters else 1)
-    window = round(s.weight * _mean_leg(problem, genes[0]))
+    price = s.weight * _mean_leg(problem, genes[0])
+    if 2 * price * len(index) >= SAFE:
+        raise UsageError(f"bmga: weight {s.weight:g} makes windows cost more than 62-bit integers")
+    window = round(price)
     broken = problem.penalty or int(problem.legs.max()) * len(problem.legs) + 1
     limits = [rule.window, float(rule.low), float(rule.high), instance.rules.axis_run or 0]
     population = _Population(

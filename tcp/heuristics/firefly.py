@@ -121,7 +121,9 @@ def run(
     m = len(problem)
     if m <= TRIVIAL:
         return enumerate_all(instance, problem)
-    swarm = np.array([rng.permutation(m) for _ in range(agents)])
+    swarm = np.empty((agents, m), dtype=np.int64)
+    for agent in swarm:
+        agent[:] = rng.permutation(m)
     costs = np.array([length(s, problem.legs) for s in swarm])
     record, cost = swarm[costs.argmin()].copy(), np.array([costs.min()])
     searched = np.array([agents])

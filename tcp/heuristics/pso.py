@@ -72,7 +72,7 @@ def run(
     iterations : int
         Iterations, >= 0.
     w, w_end : float, optional
-        Inertia weight at the beginning and, falling linearly, at the end.
+        Inertia weight at the beginning and, falling linearly, at the end; >= 0.
     c1, c2 : float
         Cognitive and social component, >= 0.
     variant : {"basic", "gc"}
@@ -88,7 +88,7 @@ def run(
     UsageError
         For a parameter out of range.
     """
-    if np < 2 or iterations < 0 or min(w, c1, c2) < 0:
+    if np < 2 or iterations < 0 or min(w, w if w_end is None else w_end, c1, c2) < 0:
         raise UsageError("pso needs np >= 2 and no negative parameter")
     if variant not in ("basic", "gc"):
         raise UsageError(f"pso knows the variants basic and gc, not {variant!r}")
