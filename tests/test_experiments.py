@@ -12,14 +12,15 @@ import time
 from dataclasses import replace
 from pathlib import Path
 
+import matplotlib
 import numpy as np
 import pytest
 from click.testing import CliRunner
 
 from tcp.cli.main import main
-from tcp.errors import InputError, OutputError, UsageError
+from tcp.errors import InputError, OutputError
 from tcp.experiments.journal import Journal, Run
-from tcp.experiments.plot import best_so_far
+from tcp.experiments.plot import best_so_far, save_convergence
 from tcp.experiments.run import Optimum, conduct, optima
 from tcp.experiments.spec import load
 from tcp.experiments.statistics import Summary, mean_interval, summarise, wilson
@@ -129,7 +130,7 @@ def test_every_published_table_has_a_file():
         (("np = 10, generations = 900", "pa = nan"), "column 'CS': cuckoo: pa is a finite number"),
         (("np = 10, generations = 900", "beta = -inf"), "beta is a finite number, not -inf"),
         (("np = 10, generations = 900", 'pa = "x"'), "pa is a finite number, not 'x'"),
-        (('optimal_time = "235.2"', "optimal_time = [1]"), "must be a text or a number"),
+        (('optimal_time = "235.2"', "optimal_time = [1]"), "must be one line or a number"),
         (('[column.published]\nleast_iterations = "7"', "published = 5"), "must be a table"),
         (('travel = "case2"', 'travel = "hover"'), "column 'CS': unknown travel model 'hover'"),
         (('travel = "case2"', 'travel = "case2"\nclosed = "yes"'), "expected true or false"),
@@ -144,7 +145,24 @@ def test_every_published_table_has_a_file():
         (('name = "GA"', "name = 5"), "name must be a text"),
         (('travel = "case2"', 'travel = "case2"\nstart = 77'), "names no hole"),
         (('travel = "case2"', 'travel = "case2"\nhome = "here"'), "expected"),
-        (("rows = [", "rows = ["[:-1] + "{"), "not a TOML file"),
+        (("rows = [", "rows = ["[:-1] + "{"), "is not TOML"),
+        (('travel = "case2"', 'travel = "case2"\nhome = "12"'), "expected [X, Y] in mm"),
+        (('travel = "case2"', 'travel = "case2"\nhome = { 1 = 0, 2 = 0 }'), "expected [X, Y]"),
+        (('travel = "case2"', 'travel = "case2"\nhome = [1, 2, 3]'), "expected [X, Y] in mm"),
+        (('solver = "cuckoo"\n', ""), "column 'CS' needs a solver, or only what is published"),
+        (('[column.published]\nleast_iterations = "7"', ""), "column 'quoted' needs a solver"),
+        (('name = "GA"', 'name = "CS"'), "the column 'CS' is there twice"),
+        (('rows = ["sequence", ', 'rows = ["sequence", "sequence", '), "'sequence' is there twice"),
+        (('name = "GA"', 'name = " "'), "name must be a text of one line, not ' '"),
+        (('name = "GA"', 'name = "G\\nA"'), "name must be a text of one line"),
+        (('title = "A', 'title = "\\n'), "title must be a text of one line"),
+        (('optimal_time = "235.2"', "optimal_time = nan"), "must be one line or a number"),
+        (('optimal_time = "235.2"', "optimal_time = true"), "must be one line or a number"),
+        (('optimal_time = "235.2"', 'optimal_time = "2\\n3"'), "must be one line or a number"),
+        (("runs = 6", f"runs = {'9' * 5000}"), "small.toml:3: a key or number of more than 1,000"),
+        (("rows = [", f"rows = {'[' * 3000}"), "small.toml:5: nested more than 20 deep"),
+        (("wp1.csv", "wp\\u0000.csv"), "is no name of a file"),
+        (('title = "A', 'title = "\0'), "is binary"),
     ],
 )
 def test_files_that_make_no_sense_are_refused(small, change, complaint):
@@ -154,11 +172,36 @@ def test_files_that_make_no_sense_are_refused(small, change, complaint):
 
 
 def test_a_missing_file_and_a_missing_workpiece_are_refused(small, tmp_path):
-    with pytest.raises(InputError, match="cannot read"):
+    with pytest.raises(InputError, match="cannot be read"):
         load(tmp_path / "none.toml")
     small.write_text(small.read_text().replace("wp1.csv", "wp9.csv"))
     with pytest.raises(InputError):
         load(small)
+
+
+def test_a_file_with_a_byte_order_mark_is_read(small):
+    plain = load(small)
+    small.write_bytes(b"\xef\xbb\xbf" + small.read_bytes())
+    assert load(small).columns[0].key(5) == plain.columns[0].key(5)
+
+
+@pytest.mark.parametrize(
+    ("change", "complaint"),
+    [
+        (("np = 10, gn = 40", "np = 2"), "second.toml: column 'GA': htga needs np >= 4"),
+        (("runs = 6", "runs = 0"), "second.toml: runs must be"),
+    ],
+)
+def test_every_file_and_option_is_looked_at_before_any_proof(small, monkeypatch, change, complaint):
+    def too_early(*_):
+        raise AssertionError("a proof before all files were checked")
+
+    monkeypatch.setattr("tcp.cli.experiment.optima", too_early)
+    second = small.with_name("second.toml")
+    second.write_text(small.read_text().replace(*change))
+    folder = str(small.parent / "r")
+    done = CliRunner().invoke(main, ["experiment", str(small), str(second), "--results", folder])
+    assert done.exit_code == 3 and complaint in done.output
 
 
 # --- the journal ------------------------------------------------------------
@@ -336,7 +379,7 @@ def test_a_folder_that_takes_no_file_is_told_before_any_run(small, tmp_path):
     with pytest.raises(OutputError, match="cannot write"):
         Journal(folder / "x" / "j.jsonl").prepare()
     alone = replace(experiment.columns[2], options={"np": 2})
-    with pytest.raises(UsageError, match="column 'GA': htga needs np >= 4"):
+    with pytest.raises(InputError, match=r"small\.toml: column 'GA': htga needs np >= 4"):
         conduct(replace(experiment, columns=(alone,)), optima(experiment), Journal(tmp_path / "j"))
 
 
@@ -434,6 +477,18 @@ def test_the_command_prints_tables_and_draws(small, tmp_path):
     assert "Criteria" not in short.output and "95 % interval" in short.output
     twice = CliRunner().invoke(main, [*words, str(small), "--plot", str(plot)])
     assert twice.exit_code == 2
+
+
+def test_a_picture_takes_any_title_and_names_every_column(small, tmp_path):
+    text = small.read_text().replace("A small one", "1 $ and 2 $^").replace('"GA"', '"_hidden $"')
+    small.write_text(text)
+    experiment, plot = load(small), tmp_path / "curves.svg"
+    known = optima(experiment)
+    runs = conduct(experiment, known, Journal(tmp_path / "j.jsonl"), fleet=Fleet(1))
+    with matplotlib.rc_context({"svg.fonttype": "none"}):
+        save_convergence(experiment, summarise(experiment.columns, known, runs), plot)
+    drawn = plot.read_text()
+    assert "1 $ and 2 $^" in drawn and "runs: _hidden $" in drawn
 
 
 def test_results_lines_are_plain_json_behind_a_checksum(tmp_path):

@@ -390,6 +390,18 @@ def test_mantegna_sigma_is_the_known_value():
     assert cuckoo.mantegna_sigma(1.5) == pytest.approx(0.696575, abs=1e-6)
 
 
+# --- particle swarm ---------------------------------------------------------
+
+
+def test_the_route_of_a_thrown_particle_counts_too():
+    few = {"np": 10, "iterations": 50, "w": 0.0, "c1": 0.0, "c2": 1.42}  # all fall to the leader
+    counts = {}
+    for variant in ("basic", "gc"):
+        result = solve(Instance(board(4, 8)), "pso", variant=variant, **few)
+        counts[variant] = result.details["evaluations"] - 10 * (result.details["iterations"] + 1)
+    assert counts["basic"] == 0 < counts["gc"]
+
+
 # --- firefly ----------------------------------------------------------------
 
 

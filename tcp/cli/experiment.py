@@ -12,7 +12,7 @@ from tcp.cli.terminal import Say, status_line
 from tcp.errors import UsageError
 from tcp.experiments.journal import Journal
 from tcp.experiments.plot import check_picture, save_convergence
-from tcp.experiments.run import conduct, optima
+from tcp.experiments.run import conduct, optima, rehearse
 from tcp.experiments.spec import MOST, load
 from tcp.experiments.statistics import summarise
 from tcp.experiments.table import honest_table, whole_report
@@ -63,12 +63,15 @@ def command(
     if plot is not None:
         check_picture(plot)
     fleet = Fleet(jobs, backend, scheduler)
-    for path in files:
-        experiment = load(path)
-        experiment = experiment if runs is None else replace(experiment, runs=runs)
+    experiments = [load(path) for path in files]
+    if runs is not None:
+        experiments = [replace(experiment, runs=runs) for experiment in experiments]
+    journals = [Journal(results / f"{path.stem}.jsonl") for path in files]
+    for experiment, journal in zip(experiments, journals, strict=True):
+        rehearse(experiment, journal)
+    for experiment, journal in zip(experiments, journals, strict=True):
         known = optima(experiment)
-        journal = Journal(results / f"{path.stem}.jsonl")
-        with status_line(path.stem) as say:
+        with status_line(experiment.path.stem) as say:
 
             def told(done: int, total: int, say: Say = say) -> None:
                 say(f"{done} of {total} runs")

@@ -42,7 +42,7 @@ def save_convergence(
     axes.set_xlim(left=0)
     axes.xaxis.set_major_formatter("{x:,.0f}")
     axes.set(xlabel="iteration (0: initial population)", ylabel="total time required")
-    axes.set_title(experiment.title)
+    axes.set_title(_plain(experiment.title))
     if drawn:
         axes.legend()
     axes.grid(alpha=0.3)
@@ -76,9 +76,14 @@ def _draw(axes: Any, summary: Summary, colour: str) -> None:
     grid = np.unique(np.geomspace(1, end, POINTS).astype(np.int64))
     grid = np.concatenate([[0], grid])
     curves = np.array([best_so_far(run.trace, grid) for run in runs]) * summary.unit_of_cost
-    name = f"{summary.column.name}: mean and range of {len(runs)} runs"
+    name = f"mean and range of {len(runs)} runs: {_plain(summary.column.name)}"
     axes.plot(grid, curves.mean(axis=0), color=colour, label=name)
     axes.fill_between(grid, curves.min(axis=0), curves.max(axis=0), color=colour, alpha=0.2)
+
+
+def _plain(text: str) -> str:
+    """A text in which a dollar is a dollar; behind one matplotlib sets a formula."""
+    return text.replace("$", r"\$")
 
 
 def best_so_far(trace: Sequence[Sequence[int]], grid: Ints) -> Ints:

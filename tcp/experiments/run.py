@@ -7,7 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from fractions import Fraction
 
-from tcp.errors import ProofError, UsageError
+from tcp.errors import InputError, ProofError, UsageError
 from tcp.experiments.journal import Journal, Run
 from tcp.experiments.spec import Column, Experiment
 from tcp.fleet import Fleet
@@ -115,25 +115,22 @@ def conduct(
     Raises
     ------
     UsageError
-        If the fleet cannot be reached, or an option is out of range.
+        If the fleet cannot be reached.
+    InputError
+        If an option is out of range (:func:`rehearse`).
     FleetError
         If it is lost; the runs that came back are in the journal.
     OutputError
         If the journal cannot be written.
     """
     done = journal.runs()
-    wanted = {
-        column.key(seed): (column, seed)
-        for column in experiment.columns
-        if column.solver
-        for seed in range(experiment.seed, experiment.seed + experiment.runs)
-    }
+    wanted = _wanted(experiment)
     missing = [(key, *wanted[key]) for key in wanted if key not in done]
     finished = len(wanted) - len(missing)
     told(finished, len(wanted))
     if missing:
         journal.prepare()
-        _warm(experiment)
+        rehearse(experiment, journal)
         tasks = [(key, c, seed, known[c.instance.sha256].cost) for key, c, seed in missing]
         for _, run in (fleet or Fleet()).run(one_run, tasks):
             journal.append(run)
@@ -175,10 +172,31 @@ def _count(result: Result, name: str) -> int | None:
     return value if isinstance(value, int) else None
 
 
-def _warm(experiment: Experiment) -> None:
-    """Compile in this process first, so that workers find the compiled code in the cache."""
-    for column in (c for c in experiment.columns if c.solver):
+def _wanted(experiment: Experiment) -> dict[str, tuple[Column, int]]:
+    """Column and seed of every run of an experiment, by the run's key."""
+    return {
+        column.key(seed): (column, seed)
+        for column in experiment.columns
+        if column.solver
+        for seed in range(experiment.seed, experiment.seed + experiment.runs)
+    }
+
+
+def rehearse(experiment: Experiment, journal: Journal) -> None:
+    """Let the columns that still lack runs begin one, and stop it at once.
+
+    An option out of range is told before hours of proofs and runs, and the workers
+    find compiled code in the cache.
+
+    Raises
+    ------
+    InputError
+        If a solver refuses its options or its instance.
+    """
+    done = journal.runs()
+    lacking = {c.name: c for key, (c, _) in _wanted(experiment).items() if key not in done}
+    for column in lacking.values():
         try:
-            solve(column.instance, column.solver, stop=Stop(iterations=1), **column.options)
+            solve(column.instance, column.solver, stop=Stop(1.0, iterations=1), **column.options)
         except UsageError as error:
-            raise UsageError(f"column {column.name!r}: {error}") from None
+            raise InputError(f"column {column.name!r}: {error}", experiment.path) from None

@@ -7,15 +7,15 @@ from __future__ import annotations
 
 import hashlib
 import json
-import tomllib
-from collections.abc import Mapping
+import math
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
 from tcp.errors import InputError, UsageError
-from tcp.files import read
+from tcp.files import read, toml
 from tcp.files.reading import travel_as
 from tcp.instance import Ends, Instance, Rules
 from tcp.solve import SOLVERS, check_options, defaults
@@ -97,6 +97,8 @@ class Experiment:
 
     Parameters
     ----------
+    path : path
+        The file.
     title, source, notes : str
         Head line, citation of the table, remarks printed below it.
     runs, seed : int
@@ -107,6 +109,7 @@ class Experiment:
         The table's columns.
     """
 
+    path: Path
     title: str
     source: str
     notes: str
@@ -126,22 +129,20 @@ def load(path: str | Path) -> Experiment:
         workpiece, solver and options of a column do not fit together.
     """
     path = Path(path)
-    try:
-        data = tomllib.loads(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise InputError(f"cannot read the experiment: {error.strerror}", path) from None
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise InputError(f"not a TOML file: {error}", path) from None
+    data = toml.parse(toml.read_text(path, "experiment file"), path)
     _only(data, TOP, "the experiment", path)
     rows = _texts(data, "rows", path)
     for row in rows:
         if row not in ROWS:
             raise InputError(f"unknown row {row!r}; expected one of {', '.join(ROWS)}", path)
+    _once(rows, "row", path)
     columns = data.get("column")
     if not isinstance(columns, list) or not columns:
         raise InputError("an experiment needs at least one [[column]]", path)
+    _once((c.get("name") for c in columns if isinstance(c, dict)), "column", path)
     return Experiment(
-        title=_text(data, "title", path),
+        path=path,
+        title=_line(data, "title", path),
         source=_text(data, "source", path, ""),
         notes=_text(data, "notes", path, ""),
         runs=_whole(data, "runs", path, 1),
@@ -154,14 +155,16 @@ def load(path: str | Path) -> Experiment:
 def _column(data: Any, rows: tuple[str, ...], path: Path) -> Column:
     if not isinstance(data, dict):
         raise InputError("a [[column]] must be a table", path)
-    name = _text(data, "name", path)
+    name = _line(data, "name", path)
     _only(data, COLUMN, f"column {name!r}", path)
     published = _table(data, "published", name, path)
     _only(published, set(rows), f"what is published in column {name!r}", path)
     for key, value in published.items():
-        if not isinstance(value, str | int | float):
-            raise InputError(f"{key} of column {name!r} must be a text or a number", path)
+        if not _printable(value):
+            raise InputError(f"{key} of column {name!r} must be one line or a number", path)
     solver, options = _text(data, "solver", path, ""), _table(data, "options", name, path)
+    if not solver and (options or not published):
+        raise InputError(f"column {name!r} needs a solver, or only what is published", path)
     if solver and solver not in SOLVERS:
         expected = ", ".join(SOLVERS)
         raise InputError(f"column {name!r}: unknown solver {solver!r}; one of {expected}", path)
@@ -233,11 +236,30 @@ def _jump(data: Mapping[str, Any], path: Path) -> Fraction | None:
 def _home(data: Mapping[str, Any], path: Path) -> tuple[Fraction, Fraction] | None:
     if "home" not in data:
         return None
+    home = data["home"]
     try:
-        x, y = (Fraction(exact_decimal(str(v))) for v in data["home"])
-    except (TypeError, ValueError, InputError):
-        raise InputError(f"home = {data['home']!r}; expected [X, Y] in mm", path) from None
+        if not isinstance(home, list):
+            raise ValueError
+        x, y = (Fraction(exact_decimal(str(v))) for v in home)
+    except (ValueError, InputError):
+        raise InputError(f"home = {home!r}; expected [X, Y] in mm", path) from None
     return x, y
+
+
+def _printable(value: Any) -> bool:
+    """Whether a published figure is one line of text, or a number."""
+    if isinstance(value, str):
+        return len(value.splitlines()) < 2
+    return not isinstance(value, bool) and isinstance(value, int | float) and math.isfinite(value)
+
+
+def _once(names: Iterable[Any], what: str, path: Path) -> None:
+    """Refuse a name that is there twice."""
+    seen: list[Any] = []
+    for name in names:
+        if name in seen:
+            raise InputError(f"the {what} {name!r} is there twice", path)
+        seen.append(name)
 
 
 def _only(data: Mapping[str, Any], known: set[str], where: str, path: Path) -> None:
@@ -258,6 +280,13 @@ def _text(data: Mapping[str, Any], key: str, path: Path, default: str | None = N
     value = data.get(key, default)
     if not isinstance(value, str):
         raise InputError(f"{key} must be a text", path)
+    return value
+
+
+def _line(data: Mapping[str, Any], key: str, path: Path) -> str:
+    value = _text(data, key, path)
+    if not value.strip() or value.splitlines() != [value]:
+        raise InputError(f"{key} must be a text of one line, not {value!r:.40}", path)
     return value
 
 

@@ -12,7 +12,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
-from tcp.errors import UsageError
+from tcp.errors import InputError, UsageError
 from tcp.files.reading import Reading
 
 READERS: dict[str, str] = {
@@ -55,6 +55,8 @@ def read(path: str | Path, *, units: str | None = None, **options: Any) -> Readi
         If the file cannot be read or is not valid; names file and line.
     """
     path = Path(path)
+    if "\0" in str(path):
+        raise InputError(f"{str(path)!r} is no name of a file")
     name = _reader(path)
     reader: Callable[..., Reading] = import_module(name).read
     given = {key: value for key, value in options.items() if value is not None}

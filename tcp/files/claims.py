@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import difflib
 import re
-import tomllib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
@@ -18,7 +17,7 @@ from pathlib import Path
 from typing import Any
 
 from tcp.errors import InputError, TcpError
-from tcp.files import read
+from tcp.files import read, toml
 from tcp.files.claims_schema import FORMAT, KINDS, SOURCE, Field
 from tcp.files.printed import Printed, parse_printed
 from tcp.files.reading import Reading, travel_as
@@ -27,14 +26,8 @@ from tcp.instance import Ends, Instance
 from tcp.travel import Travel, parse_model
 from tcp.workpiece import INCH, Workpiece
 
-MAX_BYTES = 8 * 2**20
-MAX_DEPTH = 20
-MAX_DOTS = 8
 MAX_CLAIMS = 20_000
 
-_STRINGS = re.compile(
-    r'"""(?s:.*?)"""|\'\'\'(?s:.*?)\'\'\'|"(?:\\.|[^"\\\n])*"|\'[^\'\n]*\'|#[^\n]*'
-)
 _HEADER = re.compile(r"^[ \t]*\[\[[ \t]*([A-Za-z_]+)[ \t]*\]\]")
 _KEY = re.compile(r"^[ \t]*([A-Za-z_]+)[ \t]*=")
 
@@ -147,7 +140,7 @@ def read_claims(path: str | Path) -> ClaimsFile:
         For anything that is not a claims file; names file, line and the nearest known key.
     """
     path = Path(path)
-    text = _text(path)
+    text = toml.read_text(path, "claims file")
     data = _parsed(text, path)
     lines = _line_numbers(text)
     source = _source(data, path)
@@ -158,52 +151,8 @@ def read_claims(path: str | Path) -> ClaimsFile:
     return ClaimsFile(path, source, tuple(claims), pieces, travels)
 
 
-def _text(path: Path) -> str:
-    try:
-        with path.open("rb") as file:
-            data = file.read(MAX_BYTES + 1)
-        if len(data) > MAX_BYTES:
-            raise InputError(f"more than {MAX_BYTES >> 20} MiB; a claims file is smaller", path)
-    except OSError as error:
-        raise InputError(f"cannot be read: {error.strerror or error}", path) from None
-    if b"\0" in data:
-        raise InputError("is binary; expected a claims file in TOML", path)
-    try:
-        text = data.decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        line = data.count(b"\n", 0, error.start) + 1
-        raise InputError("is not UTF-8 text", path, line) from None
-    if not text.strip():
-        raise InputError("is empty; expected a claims file in TOML", path)
-    _bounded(text, path)
-    return text
-
-
-def _bounded(text: str, path: Path) -> None:
-    """Refuse nesting that a TOML parser would recurse into or take forever over."""
-    bare = _STRINGS.sub(lambda m: "s" + "\n" * m.group().count("\n"), text)
-    depth = 0
-    for mark in re.finditer(r"[\[\]{}\n]", bare):
-        character = mark.group()
-        depth += (character in "[{") - (character in "]}")
-        if depth > MAX_DEPTH:
-            line = bare.count("\n", 0, mark.start()) + 1
-            raise InputError(f"nested more than {MAX_DEPTH} deep", path, line)
-    dotted = re.search(rf"(?:[\w-]+[ \t]*\.[ \t]*){{{MAX_DOTS},}}", bare, re.ASCII)
-    if dotted:
-        line = bare.count("\n", 0, dotted.start()) + 1
-        raise InputError(f"a dotted key of more than {MAX_DOTS} parts", path, line)
-
-
 def _parsed(text: str, path: Path) -> dict[str, Any]:
-    try:
-        data = tomllib.loads(text, parse_float=_Digits)
-    except tomllib.TOMLDecodeError as error:
-        where = re.search(r"at line (\d+)", str(error))
-        said = str(error).split(" (at ")[0][:120]
-        raise InputError(f"is not TOML: {said}", path, int(where[1]) if where else None) from None
-    except (RecursionError, ValueError) as error:
-        raise InputError(f"is not TOML: {str(error)[:120]}", path) from None
+    data = toml.parse(text, path, _Digits)
     if data.get("format") != FORMAT:
         raise InputError(f"is no claims file; expected format = {FORMAT!r}", path, 1)
     _known_keys(data, {"format", "source", *KINDS}, path, None)
@@ -384,10 +333,9 @@ class _Lines:
 
 def _line_numbers(text: str) -> dict[str, list[_Lines]]:
     """Lines of claims and keys, found by their headers; strings over several lines are skipped."""
-    bare = _STRINGS.sub(lambda m: "s" + "\n" * m.group().count("\n"), text)
     found: dict[str, list[_Lines]] = {}
     keys: dict[str, int] = {}
-    for number, line in enumerate(bare.split("\n"), 1):
+    for number, line in enumerate(toml.without_strings(text).split("\n"), 1):
         header, key = _HEADER.match(line), _KEY.match(line)
         if header:
             keys = {}
@@ -462,7 +410,7 @@ def _borrowed(path: Path, reference: str) -> Reading:
     """A workpiece of another claims file in the same folder, one step only."""
     name, _, key = reference.partition("#")
     other = inside(path, name)
-    text = _text(other)
+    text = toml.read_text(other, "claims file")
     data = _parsed(text, other)
     for claim in _claims(data, "", other, _line_numbers(text)):
         if claim.kind == "workpiece" and claim.id == key:
