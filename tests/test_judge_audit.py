@@ -403,6 +403,9 @@ STATISTICS = '[[statistics]]\nid = "s"\nwhere = "w"\n'
             "least_iterations = 1\naverage_iterations = 2.5\nmost_iterations = 4\nruns = 3\n",
             "TCP407",
         ),
+        ("least_iterations = 1\naverage_iterations = 5\nmost_iterations = 9\nruns = 1\n", "TCP407"),
+        ("least_time = -5\naverage_time = -3\nmost_time = -1\n", "TCP410"),
+        ("best_time = -0.5\n", "TCP410"),
         ("least_iterations = 7\nleast_solutions = 71\nsolutions_per_iteration = 10\n", "TCP408"),
         ("least_solutions = 70\nleast_ratio = '8%'\nsolution_space = 1000\n", "TCP408"),
     ],
@@ -417,6 +420,7 @@ def test_each_contradiction_of_statistics_is_found(tmp_path, body, code):
     [
         "least_time = 5\naverage_time = 5.0\nmost_time = 5.04\nbest_time = 5\nruns = 7\n",
         "best_time = 100\nmost_time = 120\nmost_error = '20%'\n",
+        "least_time = 5\naverage_time = 5.0\nmost_time = 5.04\nruns = 1\n",
         "best_time = 3\nmost_time = 4\nmost_error = '33.3%'\n",
         "least_iterations = 1\naverage_iterations = 2.3\nmost_iterations = 4\nruns = 3\n",
         "least_solutions = 70\nleast_ratio = '7.0%'\nsolution_space = ['multiply', 10, 100]\n",
@@ -425,6 +429,13 @@ def test_each_contradiction_of_statistics_is_found(tmp_path, body, code):
 def test_sound_statistics_are_left_alone(tmp_path, body):
     found = audit([claims(tmp_path, STATISTICS + body)], knowledge=NOTHING)
     assert {f.code for f in found.findings} == {"TCP409"}
+
+
+def test_arithmetic_is_a_figure_or_a_comparison(tmp_path):
+    body = "[[arithmetic]]\nid = 'a'\nwhere = 'w'\nstatement = 's'\nholds = ['equal', 1, 1]\n"
+    assert not audit([claims(tmp_path, body)]).failed()
+    with pytest.raises(InputError, match="claim a: arithmetic has either holds or compute"):
+        audit([claims(tmp_path, body + "printed = 999\ncompute = ['add', 1]\n")])
 
 
 def test_misquoted_sequences_and_figures(tmp_path):

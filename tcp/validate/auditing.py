@@ -342,6 +342,9 @@ class _Judge:
         """A figure and its formula, or a comparison."""
         claim = self.claim
         facts = {"Statement": claim.text("statement")}
+        figure = {"printed", "compute", "alternatives"} & claim.values.keys()
+        if "holds" in claim.values and figure:
+            raise InputError(f"arithmetic has either holds or {min(figure)}, not both")
         if "holds" in claim.values:
             true, a, b = comparison(claim.values["holds"], self)
             relation = _RELATIONS[claim.values["holds"][0]]

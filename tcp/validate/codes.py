@@ -264,6 +264,13 @@ CODES: dict[str, Code] = {
         "All checks of 4xx that the printed figures allow were made.",
         "Nothing.",
     ),
+    "TCP410": Code(
+        "negative-figure",
+        "error",
+        "A time, count or ratio is negative.",
+        "No route takes less than nothing, and nothing is counted below zero.",
+        "Correct the figure.",
+    ),
     "TCP501": Code(
         "arithmetic-differs",
         "error",

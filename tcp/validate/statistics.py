@@ -21,14 +21,24 @@ _WHICH = ("least", "average", "most")
 def statistics_findings(
     claim: Claim, instance: Instance | None, known: Known | None, figures: Figures
 ) -> list[Finding]:
-    """Findings 303 to 306 and 401 to 409 of one column of a table."""
-    found = []
+    """Findings 303 to 306 and 401 to 410 of one column of a table."""
+    found = _negative(claim)
     for sample in _SAMPLES:
         found += _order(claim, sample) + _mean(claim, sample)
     found += _best(claim) + _percentages(claim) + _limit(claim) + _search(claim, figures)
     if worst(found) is not Severity.ERROR:
         found.append(finding("TCP409", "the figures do not contradict each other"))
     return found + (_against(claim, instance, known) if instance is not None else [])
+
+
+def _negative(claim: Claim) -> list[Finding]:
+    names = ["best_time", *(f"{which}_{sample}" for sample in _SAMPLES for which in _WHICH)]
+    below = {name: claim.number(name) for name in names}
+    return [
+        finding("TCP410", f"the {name.replace('_', ' ')} is negative, {printed}")
+        for name, printed in below.items()
+        if printed is not None and printed.value < 0
+    ]
 
 
 def _order(claim: Claim, sample: str) -> list[Finding]:
@@ -61,11 +71,13 @@ def _mean(claim: Claim, sample: str) -> list[Finding]:
     room = (least.unit + most.unit) / 2 + average.unit / 2
     low = least.value + (most.value - least.value) / runs - room
     high = most.value - (most.value - least.value) / runs + room
-    if runs > 1 and not low <= average.value <= high:
+    if not low <= average.value <= high:
         text = (
             f"with {runs} runs between {least} and {most} the average {sample} lies between "
             f"{decimal(_cut(low))} and {decimal(_cut(high))}, not at {average}"
         )
+        if runs == 1:
+            text = f"of 1 run the {sample} cannot be {least}, {average} and {most}"
         return [finding("TCP407", text)]
     if sample in ("iterations", "solutions") and not _whole_mean(average, runs):
         text = f"the average {sample}, {average}, is no mean of {runs} whole numbers"
