@@ -105,3 +105,10 @@ def test_a_sidecar_is_named_to_any_command(tmp_path):
     done = CliRunner().invoke(main, ["info", "--sidecar", str(sidecar), "--json", str(board)])
     assert done.exit_code == 0, (done.output, done.exception)
     assert json.loads(done.stdout)["x_mm"] == ["25.4", "50.8"]
+
+
+def test_the_module_of_the_command_is_the_command():
+    done = subprocess.run(
+        [sys.executable, "-m", "tcp.cli.main", "solv"], capture_output=True, text=True, cwd=ROOT
+    )
+    assert done.returncode == 2 and "No such command" in done.stderr

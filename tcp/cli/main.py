@@ -164,3 +164,7 @@ def main() -> None:
 
     Routes are open paths in axis travel time; costs are exact.
     """
+
+
+if __name__ == "__main__":
+    main()
