@@ -27,7 +27,8 @@ class Balance:
     A window of ``window`` successive moves between holes is balanced if
     ``low * sum|dy| <= sum|dx| <= high * sum|dy|``; every other one costs the
     route one unit of penalty.  Reading chosen: equation (4) prints sums of
-    coordinates, the text speaks of "the movement along the two axes"; only full
+    coordinates, the text speaks of "the movement along the two axes between w
+    consecutive holes"; w counts moves, one more than that many holes have; only full
     windows count, so a route of fewer moves than ``window`` has no penalty.
 
     Parameters

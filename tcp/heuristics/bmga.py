@@ -29,7 +29,12 @@ Readings chosen, because the paper is silent:
   other places take the other genes in the sequence of the second parent.
   Mutation reverses the path between two random points.
 * Step 6: an epoch is ``epoch`` generations; a population stops when more than
-  ``stall`` epochs in a row improved its path by less than T_RPI.
+  ``stall`` epochs in a row improved its path by no more than T_RPI, the others go on.
+  "Terminate if it violated the minimum hole distance or moved continually along a
+  single axis for 10 holes" is no end of the run here: these are rules of the instance.
+  T_sm, which "a single continuous movement" must not exceed, is a number of moves.
+* "The position nearest to two neighboring clusters is taken as the starting points":
+  paths start anywhere here, and meet in Step 7.
 * Step 7: from the start on, always the nearest end of a sub-path not yet joined.
 """
 

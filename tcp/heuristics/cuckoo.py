@@ -21,6 +21,9 @@ Readings chosen, because the paper is silent:
 * "Limit to (-1, 1) by taking only the sign and the decimal part" is said of the
   initial numbers; it is applied to every new egg, for encoded solutions "are
   represented as a vector of numbers in the range of (-1, 1)".
+* The paper calls its boards 10, 15 and 50 holes, the home position counted in; p_a
+  and alpha_c take n as the holes that can change places: 9, 14 and 49 there, and fewer
+  where an end is fixed.
 * Equation (16): two different random nests, as they were when the phase began.
 * Where the ends of the route are given there is no leg to choose for the cut:
   the fitness is the route's cost, whatever ``fitness`` says.

@@ -24,8 +24,8 @@ Readings chosen:
   hole numbers wide (``width``); alpha shrinks by one factor an iteration, over
   all t iterations by 10^-4 / 0.9 (``cooling``); attractiveness falls with the
   distance from beta_0 not to 0 but to 0.2 (``beta_min``).  With these the
-  paper's average fitness and its average iteration come out.
-  ``beta_min=0, cooling=1, width=1`` is the paper as printed.
+  paper's average fitness comes out.  ``beta_min=0, cooling=1, width=1`` with
+  ``toward=False`` is the paper as printed.
 * Equation (7) prints ``beta_0 exp(-gamma r) (s_m - s_u)``, which flees from the
   brighter agent; the text and Algorithm 1 say "move agent m towards u", so the
   difference is ``s_u - s_m``.  ``toward=False`` takes the equation as printed.
