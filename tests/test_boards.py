@@ -533,7 +533,8 @@ def test_the_machines_of_the_manual(path):
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        ("name = ", "no TOML"),
+        ("name = ", "not TOML"),
+        ("name = " + "[" * 3000, "nested more than 20 deep"),
         ("speed = 3", "unknown key 'speed'"),
         ("travel = 3", "must be a table"),
         ("[travel]\nvz = 3", "unknown key 'vz'"),

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Mapping, Set
 from dataclasses import dataclass, field
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
-from tcp.errors import InputError, TcpError, UsageError, system_reason
+from tcp.errors import InputError, TcpError, UsageError
+from tcp.files import toml
 from tcp.travel import Model, Rounding, Travel, parse_model
 from tcp.workpiece import exact_decimal
 
@@ -64,13 +64,7 @@ def read_machine(path: str | Path) -> Machine:
         If the file cannot be read, is no TOML, or has unknown keys or values.
     """
     path = Path(path)
-    try:
-        with path.open("rb") as file:
-            data = tomllib.load(file, parse_float=str)
-    except OSError as error:
-        raise InputError(f"cannot be read: {system_reason(error)}", path) from None
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise InputError(f"is no TOML file: {error}", path) from None
+    data = toml.parse(toml.read_text(path, "machine profile"), path, str)
     _known(data, KEYS, "the profile", path)
     table = data.get("travel", {})
     if not isinstance(table, Mapping):
