@@ -112,7 +112,7 @@ def verdicts(done: list[tuple[Experiment, list[Summary | None]]]) -> str:
                     [
                         *(table, s.column.name, ROWS[key], s.column.published[key], printed),
                         f"{s.success:.1%} of {len(s.runs)}",
-                        _verdict(theirs, ours) + _few(key, s),
+                        _verdict(theirs, ours, _base(key, s)) + _few(key, s),
                     ]
                 )
     return markdown(rows)
@@ -124,15 +124,23 @@ def _few(key: str, s: Summary) -> str:
     return f", but only {s.success:.0%} of the runs got there" if over_hits else ""
 
 
-def _verdict(theirs: float, ours: float | None) -> str:
+def _base(key: str, s: Summary) -> float:
+    """The optimum that no time lies below, 0 for other figures."""
+    return s.optimum.cost * s.unit_of_cost if key.endswith(("time", "fitness")) else 0.0
+
+
+def _verdict(theirs: float, ours: float | None, base: float) -> str:
     if ours is None:
         return "not confirmed: no run got there"
-    ratio = ours / theirs
+    if theirs <= base:
+        return "not confirmed: not above the optimum"
+    what = "gap " if base else ""
+    ratio = (ours - base) / (theirs - base)
     if 0.9 <= ratio <= 1.1:
-        return "confirmed (within 10 %)"
+        return f"confirmed ({what}within 10 %)"
     if 0.5 <= ratio <= 2:
-        return f"same order ({ratio:.2f} times)"
-    return f"not confirmed ({ratio:.2g} times)"
+        return f"same order ({what}{ratio:.2f} times)"
+    return f"not confirmed ({what}{ratio:.2g} times)"
 
 
 # --- heuristics against a proof ---------------------------------------------

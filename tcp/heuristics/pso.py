@@ -1,13 +1,14 @@
 """Particle swarm baselines, *as cited*: basic PSO and PSO with global convergence (GCPSO).
 
 The seed papers quote figures of these algorithms without defining them:
-cuckoo Tables 5 and 6 and firefly Tables II and III cite G.-Y. Zhu, W.-B. Zhang,
-"Drilling path optimization by the particle swarm optimization algorithm with
-global convergence characteristics", Int. J. Production Research 46(8), 2008,
+cuckoo Tables 5 and 6 cite G.-Y. Zhu, W.-B. Zhang, "Drilling path optimization by
+the particle swarm optimization algorithm with global convergence characteristics",
+Int. J. Production Research 46(8), 2008; firefly Tables II and III cite Zhu 2006
 and A. Adam et al., "A particle swarm optimization approach to robotic drill
 route optimization", AMS 2010.  What is printed: 100 (Adam: 50) particles,
 10,000 (5,000) iterations, inertia weights 0.0, 0.5, 1.0 (0.9 falling to 0.4),
-c_1 = c_2 = 1.42, r_1, r_2 random in [0, 1].  The rest is the textbook:
+Adam's c_1 = c_2 = 1.42, taken for both, r_1, r_2 random in [0, 1].  The rest is the
+textbook:
 
     v = w v + c_1 r_1 (p_i - x) + c_2 r_2 (p_g - x),    x = x + v
 
@@ -112,21 +113,22 @@ def run(
         int(costs[leader[0]]),
         stopped,
         iterations=done,
-        evaluations=np * (done + 1),
+        evaluations=int(swarm[-1][0]),
     )
 
 
-Swarm = tuple[Floats, Floats, Floats, Ints, Ints, Ints, Ints]
+Swarm = tuple[Floats, Floats, Floats, Ints, Ints, Ints, Ints, Ints]
 
 
 def _swarm(rng: Generator, size: int, legs: Ints) -> Swarm:
-    """Positions, velocities, own bests with their sequences and costs, the leader, the time."""
+    """Positions, velocities, own bests, their sequences and costs, leader, time, evaluations."""
     m = len(legs) - 1
     x = rng.random((size, m)) * m
     v = np.zeros((size, m))
     sequences = x.argsort(axis=1, kind="stable")
     costs = np.array([length(s, legs) for s in sequences])
-    return x, v, x.copy(), sequences, costs, np.array([costs.argmin()]), np.zeros(1, np.int64)
+    leader, time, searched = np.array([costs.argmin()]), np.zeros(1, np.int64), np.array([size])
+    return x, v, x.copy(), sequences, costs, leader, time, searched
 
 
 @kernel
@@ -140,6 +142,7 @@ def _iterations(
     costs: Ints,
     leader: Ints,
     time: Ints,
+    searched: Ints,
     w: float,
     fall: float,
     c1: float,
@@ -154,6 +157,7 @@ def _iterations(
         before = costs[leader[0]]
         inertia = w + fall * time[0]
         time[0] += 1
+        searched[0] += size
         for i in range(size):
             g = leader[0]
             for k in range(m):
@@ -168,6 +172,7 @@ def _iterations(
                 for k in range(m):
                     x[i, k] = rng.random() * m
                     v[i, k] = 0.0
+                searched[0] += 1
                 _decode(x[i], sequence)
                 cost = length(sequence, legs)
             if thrown or cost < costs[i]:
