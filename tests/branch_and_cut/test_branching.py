@@ -11,8 +11,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tcp import Ends, Instance, Model, Travel, Workpiece
+from tcp.exact.branch_and_cut import branching
 from tcp.exact.branch_and_cut import clusters as clusters_file
-from tcp.exact.branch_and_cut.branching import OFF, Brancher
+from tcp.exact.branch_and_cut.branching import Brancher, Decision
 from tcp.exact.branch_and_cut.clusters import clusters
 from tcp.exact.branch_and_cut.cuts import Cut
 from tcp.exact.branch_and_cut.problem import Problem
@@ -71,13 +72,32 @@ def test_those_that_lie_farthest_apart_are_kept(monkeypatch):
     assert sets_of(clusters(problem)) == everything[:2]
 
 
-@pytest.mark.parametrize("ways", [2, 3, 4])
-def test_a_cluster_that_is_entered_three_times_is_to_be_decided(ways):
-    problem = problem_of([*grid(0, 0, 10), *grid(100, 0, 10)], closed=True)
+def between(problem: Problem, ways: int) -> Support:
+    """Two grids of nine nodes, in rows, with so many ways between them."""
     inner = [(i, i + 1) for i in (0, 1, 3, 4, 6, 7)]
     pairs = inner + [(i + 9, j + 9) for i, j in inner] + [(k, k + 9) for k in range(ways)]
     i, j = np.array(pairs).T
-    support = Support.of(18, i, j, np.ones(len(i)))
+    return Support.of(problem.size, i, j, np.ones(len(i)))
+
+
+@pytest.mark.parametrize("ways", [2, 3, 4])
+def test_a_cluster_that_is_entered_three_times_is_undecided(ways):
+    problem = problem_of([*grid(0, 0, 10), *grid(100, 0, 10)], closed=True)
+    found = branching._undecided(problem, between(problem, ways), clusters(problem), 9)
+    assert sets_of(found) == ([list(range(9)), list(range(9, 18))] if ways == 3 else [])
+
+
+@pytest.mark.parametrize(("gain", "chosen"), [(0.0, True), (5.0, False)])
+def test_clusters_are_tried_where_nothing_else_gains(gain, chosen, monkeypatch):
+    problem = problem_of([*grid(0, 0, 10), *grid(100, 0, 10)], closed=True)
     brancher = Brancher(Relaxation(problem, problem.neighbours, unit_of(problem)), None)
-    sets = brancher._sets(support, np.arange(18))
-    assert any(part.nodes.tolist() == list(range(9)) for part in sets) == (abs(ways - 3) < OFF)
+    other = Decision(1, None, (gain, gain))
+
+    def best(_, pairs, sets, cap):
+        known = any(part.nodes.tolist() == list(range(9)) for part in sets)
+        return Decision(-1, sets[0], (1.0, 1.0)) if known and not pairs else other
+
+    monkeypatch.setattr(Brancher, "_best", best)
+    monkeypatch.setattr(Brancher, "_pairs", lambda *_: [1])
+    found = brancher.choose(between(problem, 3), np.arange(18), 100.0)
+    assert (found.cut is not None) == chosen

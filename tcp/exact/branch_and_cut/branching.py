@@ -3,7 +3,8 @@
 A candidate is a pair with fractional x (children x = 0 and x = 1) or a set S
 with x(delta(S)) well between 2 and 4 (children x(delta(S)) = 2 and >= 4; a
 tour's value is even).  Each child's LP runs for a few dual simplex iterations;
-the product of both gains decides (Applegate et al. 2006, ch. 14).
+the product of both gains decides (Applegate et al. 2006, ch. 14).  Where no
+candidate gains, clusters of close nodes are tried as sets.
 """
 
 from __future__ import annotations
@@ -18,6 +19,7 @@ import numpy as np
 from tcp.exact.branch_and_cut.clusters import clusters
 from tcp.exact.branch_and_cut.cuts import Cut, Family, boundary, smaller_side
 from tcp.exact.branch_and_cut.probe import Probe, Try
+from tcp.exact.branch_and_cut.problem import Problem
 from tcp.exact.branch_and_cut.relaxation import Relaxation
 from tcp.exact.branch_and_cut.support import Support
 from tcp.exact.branch_and_cut.teeth import by_position, light_intervals
@@ -26,8 +28,11 @@ from tcp.travel import Ints
 EDGES = 12
 """Edges probed at a node."""
 
-CLUSTERS, SETS = 6, 14
-"""Clusters probed at a node, and other sets."""
+SETS = 14
+"""Sets probed at a node."""
+
+CLUSTERS, POOR = 12, 1e-4
+"""Clusters probed where the best of all that scores less: its children gain next to nothing."""
 
 GLANCE, LOOK = 15, 60
 """Dual simplex iterations of a first try, and of a second one."""
@@ -58,33 +63,38 @@ class Brancher:
 
     @cached_property
     def clusters(self) -> list[Cut]:
-        """Sets that any node may be branched on."""
+        """What is tried where nothing else gains."""
         return clusters(self.lp.problem)
 
     def choose(self, support: Support, tour: Ints, cutoff: float) -> Decision | None:
         """The best decision at the current LP solution; None if there is no candidate."""
-        sets = self._sets(support, tour)
+        cap = max(cutoff - self.lp.objective, 1e-9)
+        best = self._best(self._pairs(support), self._sets(support, tour), cap)
+        if best is None or _product(best.gains, cap) < POOR:
+            other = self._best(
+                [], _undecided(self.lp.problem, support, self.clusters, CLUSTERS), cap
+            )
+            known = [decision for decision in (best, other) if decision is not None]
+            best = max(known, key=lambda d: _product(d.gains, cap), default=None)
+        return best
+
+    def _best(self, pairs: list[int], sets: list[Cut], cap: float) -> Decision | None:
+        """The best decision among some pairs and sets."""
         self.lp.add_cuts(sets)
-        pairs = self._pairs(support)
         places = [*self.lp.columns_of(np.array(pairs, np.int64)).tolist()]
         tries = [*(Try(k, False) for k in places), *(Try(self.lp.row_of(c), True) for c in sets)]
-        cap = max(cutoff - self.lp.objective, 1e-9)
         probes = [self.lp.probe(), self.lp.probe(twin=True)]
         first = self._gains(probes, tries, GLANCE)
-        order = sorted(range(len(tries)), key=lambda k: (-_product(first[k], cap), k))
+        order = sorted(range(len(tries)), key=lambda k: (-_product(first[k], cap), k))[:FINAL]
+        second = self._gains(probes, [tries[k] for k in order], LOOK)
+        self.lp.iterations += sum(probe.iterations for probe in probes)
         best: Decision | None = None
-        score = -1.0
-        order = order[:FINAL]
-        for k, gains in zip(
-            order, self._gains(probes, [tries[k] for k in order], LOOK), strict=True
-        ):
+        for k, gains in zip(order, second, strict=True):
             if k < len(pairs):
                 self._learn(pairs[k], gains)
-            if _product(gains, cap) > score:
+            if best is None or _product(gains, cap) > _product(best.gains, cap):
                 cut = None if k < len(pairs) else sets[k - len(pairs)]
                 best = Decision(pairs[k] if cut is None else -1, cut, gains)
-                score = _product(gains, cap)
-        self.lp.iterations += sum(probe.iterations for probe in probes)
         return best
 
     def _gains(
@@ -125,35 +135,32 @@ class Brancher:
         self.gains[key] = (down + gains[0], up + gains[1], count + 1)
 
     def _sets(self, support: Support, tour: Ints) -> list[Cut]:
-        """Clusters, and sets of combs and intervals: different ones with x(delta(S)) near 3."""
+        """Different sets of combs and intervals, undecided ones."""
         combs = [cut for cut in self.lp.cuts if len(cut.ends) > 1]
         first, last, weight = light_intervals(by_position(support, tour), light=3.5)
         near = np.nonzero(np.abs(weight) < OFF)[0]
         intervals = (Cut.of([tour[first[t] : last[t] + 1]]) for t in near)
-        chosen = self._undecided(support, self.clusters, [], CLUSTERS)
-        chosen = self._undecided(support, [*combs, *intervals], chosen, len(chosen) + SETS)
-        return [Cut.of([part]) for part in chosen]
+        return _undecided(self.lp.problem, support, [*combs, *intervals], SETS)
 
-    def _undecided(
-        self, support: Support, cuts: Sequence[Cut], chosen: list[Ints], most: int
-    ) -> list[Ints]:
-        """Sets with x(delta(S)) near 3 and a costly boundary, added to those chosen before."""
-        family = Family.of(cuts)
-        cost = self.lp.problem.costs(support.i, support.j)
-        flow, price = (
-            boundary(family.ptr, family.nodes, support.ptr, support.other, w, support.size)
-            for w in (support.weight, (support.x * cost)[support.edge])
-        )
-        off = np.abs(flow - 3.0)
-        chosen = list(chosen)
-        for s in np.argsort(-price * (1.0 - off), kind="stable"):
-            if len(chosen) == most:
-                break
-            nodes = family.nodes[family.ptr[s] : family.ptr[s + 1]]
-            part = smaller_side(nodes, support.size)
-            if off[s] < OFF and not any(_alike(part, other) for other in chosen):
-                chosen.append(part)
-        return chosen
+
+def _undecided(problem: Problem, support: Support, cuts: Sequence[Cut], most: int) -> list[Cut]:
+    """Different sets of some cuts: x(delta(S)) near 3 and a costly boundary."""
+    family = Family.of(cuts)
+    cost = problem.costs(support.i, support.j)
+    flow, price = (
+        boundary(family.ptr, family.nodes, support.ptr, support.other, w, support.size)
+        for w in (support.weight, (support.x * cost)[support.edge])
+    )
+    off = np.abs(flow - 3.0)
+    chosen: list[Ints] = []
+    for s in np.argsort(-price * (1.0 - off), kind="stable"):
+        if len(chosen) == most:
+            break
+        nodes = family.nodes[family.ptr[s] : family.ptr[s + 1]]
+        part = smaller_side(nodes, support.size)
+        if off[s] < OFF and not any(_alike(part, other) for other in chosen):
+            chosen.append(part)
+    return [Cut.of([part]) for part in chosen]
 
 
 def _product(gains: tuple[float, float], cap: float) -> float:

@@ -1,4 +1,4 @@
-"""Groups of nodes that lie close together and apart from all others: what is worth branching on.
+"""Groups of nodes that lie close together and apart from all others: the last resort of branching.
 
 Where holes stand in rows and grids, tours of one length lead through a grid in very many ways,
 and to forbid one pair gains nothing.  What costs is how often a tour comes into the grid.
