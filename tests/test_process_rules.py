@@ -163,6 +163,36 @@ def test_the_position_model_is_exact_with_rules_about_moves(seed):
     assert result.status is (Status.INFEASIBLE if truth is None else Status.OPTIMAL)
 
 
+def wide_board(seed: int) -> Instance:
+    """Six holes far apart on a fine grid, ratios of many digits: large coefficients."""
+    rng = np.random.default_rng(seed)
+    points = rng.integers(0, 10 ** rng.integers(5, 9), (6, 2)).tolist()
+    low, high = (
+        Fraction(int(rng.integers(*span)), 10**4) for span in ((3000, 9000), (11000, 30000))
+    )
+    rule = Balance(2, low, high, most=int(rng.integers(2)))
+    return Instance(Workpiece.from_decimals("wide", points), rules=Rules(balance=rule))
+
+
+@pytest.mark.parametrize("seed", [*range(10), 14, 16, 20, 22, 36])
+def test_the_position_model_is_exact_on_wide_boards(seed):
+    """OR-Tools 9.15 adds up coefficients in 32 bits when it presolves (its issue 5293)."""
+    instance = wide_board(seed)
+    truth, result = best(instance), solve(instance, "positions")
+    assert result.cost == truth
+    assert result.status is (Status.INFEASIBLE if truth is None else Status.OPTIMAL)
+
+
+def test_a_shorter_route_that_presolve_lost():
+    lines = ["156.025 972.022", "990.745 413.435", "460.846 643.531"]
+    lines += ["470.254 191.650", "656.595 918.527", "772.503 926.801"]
+    piece = Workpiece.from_decimals("lost", [tuple(line.split()) for line in lines])
+    rule = Balance(2, Fraction("0.56"), Fraction("2.27"), most=1)
+    instance = Instance(piece, rules=Rules(balance=rule))
+    assert solve(instance, exact=True).cost == best(instance) == 2_613_420
+    assert [(p.cost, p.penalty) for p in front(instance)] == front_by_hand(instance)
+
+
 def front_by_hand(instance: Instance) -> list[tuple[int, int]]:
     """All non-dominated (cost, penalty) pairs by looking at every route."""
     routes = itertools.permutations(range(len(instance)))

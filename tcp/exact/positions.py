@@ -1,4 +1,11 @@
-"""CP-SAT on the position model: exact with every rule about successive moves, for small boards."""
+"""CP-SAT on the position model: exact with every rule about successive moves, for small boards.
+
+The model has rows that hold only where a literal does (a window is balanced
+unless it is counted).  OR-Tools 9.15 may lose such a literal in presolve: it
+adds up the row's coefficients in 32 bits
+(https://github.com/google/or-tools/issues/5293), and then "proves" a route
+optimal that is not.  That step is left out if its work limit is 0.
+"""
 
 from __future__ import annotations
 
@@ -129,6 +136,7 @@ class Search(cp_model.CpSolverSolutionCallback):  # type: ignore[misc]
         solver.parameters.num_workers = workers
         solver.parameters.interleave_search = workers > 1
         solver.parameters.linearization_level = linearization
+        solver.parameters.presolve_inclusion_work_limit = 0  # see the module
         solver.parameters.catch_sigint_signal = False  # Ctrl-C is the facade's
         solver.best_bound_callback = self._raise
         stopped, status = self._watch(), cp_model.UNKNOWN
