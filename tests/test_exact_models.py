@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 
 from tcp import Ends, Instance, Status, Stop, Travel, Workpiece, solve
 from tcp.errors import UsageError
+from tcp.exact.backends import Cbc, least
 from tcp.exact.min_cut import violated_sets
 from tcp.travel import Model
 
@@ -111,3 +112,28 @@ def test_bounds_have_a_margin_and_stay_integers():
     for formulation in ("subtour", "mtz", "flow"):
         result = solve(instance, "milp", formulation=formulation)
         assert isinstance(result.bound, int) and result.bound <= truth <= result.cost
+
+
+@pytest.mark.parametrize(
+    ("printed", "value"),
+    [
+        ("1.5000005e+08", 150_000_045),
+        ("1.5e+08", 145_000_000),
+        ("-2.5e+02", -255),
+        ("200", 199.5),
+        ("12.000", 11.9995),
+        ("+3.25", 3.245),
+    ],
+)
+def test_a_printed_bound_stands_for_the_least_it_may_be(printed, value):
+    assert least(printed) == value
+
+
+def test_a_bound_in_the_log_of_cbc_is_never_above_the_optimum():
+    """150000049.2, say, is printed as 1.5000005e+08."""
+    solver, told = Cbc(0, 0.5, lambda bound: told.append(bound)), []
+    solver.bound = -np.inf
+    solver._follow(
+        ["Cbc0010I After 0 nodes, 1.5000005e+08 best, best possible 1.5000005e+08 (1 s)"]
+    )
+    assert told == [150_000_045] and solver.bound == 150_000_045

@@ -18,6 +18,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass
+from decimal import Decimal
 from enum import StrEnum
 from pathlib import Path
 from typing import Any
@@ -252,7 +253,7 @@ class Cbc(Backend):
     def _follow(self, log: Any) -> None:
         for line in log:
             for pair in self.BOUND.findall(line):
-                value = float(pair[0] or pair[1])
+                value = least(pair[0] or pair[1])
                 if abs(value) < 1e30:
                     self.bound = max(self.bound, value)
                     self.bounds(value)
@@ -274,6 +275,15 @@ class Cbc(Backend):
             return Answer(End.STOPPED, self.bound, solved, stopped)
         objective = float(headline.split()[-1])
         return Answer(End.OPTIMAL, objective - self.gap * problem.isMIP(), solved, stopped)
+
+
+def least(printed: str) -> float:
+    """The least that a printed number may stand for: half a unit of its last digit below it.
+
+    CBC prints 8 significant digits, so that 1.5000005e+08 may be 150000045.
+    """
+    value = Decimal(printed)
+    return float(value - Decimal(5).scaleb(int(value.as_tuple().exponent) - 1))
 
 
 def _cbc() -> str:
