@@ -193,6 +193,10 @@ class Instance:
             )
         if explicit and self.ends.home is not None:
             raise UsageError("a home position has no travel times in an explicit matrix")
+        if explicit and self.workpiece.nowhere and self.rules.geometric:
+            raise UsageError(
+                f"{self.name} states no places; rules about jumps, balance and axis runs need them"
+            )
         start, end = self.ends.start, self.ends.end
         if n > 1 and start is not None and start == end:
             raise UsageError("a route of several holes cannot start and end at the same hole")

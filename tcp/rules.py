@@ -114,6 +114,12 @@ class Rules:
         limited = self.balance is not None and self.balance.most is not None
         return limited or self.axis_run is not None
 
+    @property
+    def geometric(self) -> bool:
+        """Whether some rule asks where the holes are."""
+        rules = (self.min_jump, self.jump_diameters, self.balance, self.axis_run)
+        return any(rule is not None for rule in rules)
+
     def describe(self, ids: Sequence[str]) -> dict[str, Any]:
         """The rules as plain data, holes by id."""
         data: dict[str, Any] = {}

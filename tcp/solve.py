@@ -322,10 +322,15 @@ def refuses(name: str, instance: Instance) -> str | None:
     """Why a registered solver cannot take an instance, or None."""
     entry = SOLVERS[name]
     if instance.rules.sequential and not entry.moves:
-        able = ", ".join(other for other, e in SOLVERS.items() if e.moves)
-        return f"it does not know rules about successive moves (axis run, balance); {able} do"
+        return no_moves()
     refusal: str | None = import_module(entry.module).refusal(instance)
     return refusal
+
+
+def no_moves() -> str:
+    """Why what knows pairs of holes only cannot take rules about successive moves."""
+    able = ", ".join(name for name, entry in SOLVERS.items() if entry.moves)
+    return f"it does not know rules about successive moves (axis run, balance); {able} do"
 
 
 class _Trace:

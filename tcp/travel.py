@@ -169,7 +169,7 @@ class Travel:
     Raises
     ------
     UsageError
-        For speeds, accelerations or quanta that are not positive.
+        For speeds, accelerations or quanta that are not positive, or any with ``explicit``.
     """
 
     model: Model = Model.SEQUENTIAL
@@ -190,6 +190,9 @@ class Travel:
             raise UsageError("trapezoidal travel needs the accelerations ax and ay")
         if self.axes not in (Model.SEQUENTIAL, Model.SIMULTANEOUS):
             raise UsageError(f"axes move sequential or simultaneous, not {self.axes}")
+        given = self.vx != 1 or self.vy != 1 or self.ax or self.ay or self.quantum
+        if self.model is Model.EXPLICIT and (given or self.rounding is not Rounding.NEAREST):
+            raise UsageError("explicit travel is the file's own times: no speeds, no rounding")
 
     @property
     def exact(self) -> bool:
@@ -272,7 +275,7 @@ def _axis(
 
 
 def _explicit(travel: Travel, step: Fraction, reach: tuple[int, int]) -> tuple[CostRule, int]:
-    return CostRule(Kind.MATRIX, (), travel.quantum or Fraction(1)), 0
+    return CostRule(Kind.MATRIX, (), Fraction(1)), 0
 
 
 _Binder = Callable[[Travel, Fraction, tuple[int, int]], tuple[CostRule, int]]

@@ -66,3 +66,13 @@ def test_what_cannot_be_written_is_refused(tmp_path):
     assert not (tmp_path / "m.lp").exists()
     far = ["--min-jump", 1000, "--out", tmp_path / "m.lp", DATA / "wp1.csv"]
     assert export(*far).exit_code == Exit.INFEASIBLE
+
+
+@pytest.mark.parametrize("rule", [("--axis-run", 2), ("--balance", "2,0.5,2,0")])
+def test_rules_about_moves_are_not_left_out_of_a_model(tmp_path, rule):
+    out = tmp_path / "wp1.lp"
+    done = export("--out", out, *rule, DATA / "wp1.csv")
+    assert done.exit_code == Exit.USAGE and "rules about successive moves" in done.output
+    assert not out.exists()
+    counted = export("--out", out, "--balance", "2,0.5,2", DATA / "wp1.csv")
+    assert counted.exit_code == 0, counted.output

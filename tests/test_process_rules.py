@@ -13,7 +13,7 @@ from click.testing import CliRunner
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tcp import Balance, Ends, Instance, Rules, Status, Workpiece, solve
+from tcp import Balance, Ends, Instance, Model, Rules, Status, Travel, Workpiece, solve
 from tcp.cli.main import main
 from tcp.errors import UsageError
 from tcp.exact.pareto import front, weighted
@@ -118,6 +118,24 @@ def test_hashes_change_only_with_rules_that_are_there():
     kinds.append(Rules(jump_diameters=Fraction(2)))
     hashes = {Instance(board(1, 5), rules=rules).sha256 for rules in kinds}
     assert len(hashes | {plain.sha256}) == 5
+
+
+@pytest.mark.parametrize(
+    "rules",
+    [
+        Rules(min_jump=Fraction(1)),
+        Rules(jump_diameters=Fraction(2)),
+        Rules(balance=Balance()),
+        Rules(axis_run=3),
+    ],
+)
+def test_rules_about_places_need_places(rules):
+    matrix = np.ones((3, 3), dtype=np.int64) - np.eye(3, dtype=np.int64)
+    nowhere = Workpiece.from_decimals("matrix", [(0, 0)] * 3)
+    with pytest.raises(UsageError, match="matrix states no places"):
+        Instance(replace(nowhere, matrix=matrix), Travel(Model.EXPLICIT), rules=rules)
+    placed = Workpiece.from_decimals("placed", [(0, 0), (1, 0), (1, 2)])
+    Instance(replace(placed, matrix=matrix), Travel(Model.EXPLICIT), rules=rules)
 
 
 def test_solvers_that_do_not_know_rules_about_moves_refuse():

@@ -105,6 +105,21 @@ def test_trapezoidal_needs_accelerations():
         Travel(Model.TRAPEZOIDAL)
 
 
+@pytest.mark.parametrize(
+    "given",
+    [
+        {"vx": Fraction(2)},
+        {"vy": Fraction(1, 2)},
+        {"ax": Fraction(1)},
+        {"quantum": Fraction(5)},
+        {"rounding": Rounding.UP},
+    ],
+)
+def test_explicit_times_have_no_speeds_and_are_not_rounded(given):
+    with pytest.raises(UsageError, match="the file's own times"):
+        Travel(Model.EXPLICIT, **given)
+
+
 def test_costs_beyond_62_bits_are_refused():
     travel = Travel(Model.EUCLIDEAN, quantum=Fraction(1, 10**9))
     with pytest.raises(UsageError, match="larger quantum"):

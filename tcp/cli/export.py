@@ -13,6 +13,7 @@ from tcp.errors import Exit, InfeasibleError, UsageError
 from tcp.files.write import write_file
 from tcp.instance import Instance
 from tcp.result import decimal
+from tcp.solve import no_moves
 from tcp.stop import Clock, Stop
 
 NODES = 400
@@ -67,13 +68,15 @@ def programme(instance: Instance, formulation: str, suffix: str, clock: Clock) -
     Raises
     ------
     UsageError
-        If the instance is too small or too large for a model.
+        If the instance is too small or too large for a model, or has rules about successive moves.
     InfeasibleError
         If the rules contradict each other.
     """
     from tcp.exact.milp import formulate
     from tcp.exact.tiny import impossible
 
+    if instance.rules.sequential:
+        raise UsageError(f"no {formulation} model of {instance.name}: {no_moves()}")
     size = instance.form.size
     if not 4 <= size <= NODES:
         raise UsageError(f"{instance.name} has {size} nodes; a model is written for 4 to {NODES}")
