@@ -217,6 +217,7 @@ class Travel:
         UsageError
             If integers of 62 bits cannot hold the costs.
         """
+        reach = (max(reach[0], 1), max(reach[1], 1))  # the factors of an axis at rest must fit, too
         rule, peak = _BINDERS[self.model](self, step, reach)
         if peak * 4 >= SAFE or _longest(rule, reach) * max(moves, 1) >= SAFE:
             raise UsageError(
@@ -242,7 +243,7 @@ def _linear(travel: Travel, step: Fraction, reach: tuple[int, int]) -> tuple[Cos
         quantum = travel.quantum
         a, b, m = _common(px / quantum, py / quantum)
     kind = Kind.SUM if travel.model is Model.SEQUENTIAL else Kind.MAX
-    peak = 2 * (a * max(reach[0], 1) + b * max(reach[1], 1)) + m  # the factors must fit, too
+    peak = 2 * (a * reach[0] + b * reach[1]) + m
     return CostRule(kind, (a, b, m), quantum, travel.rounding is Rounding.UP), peak
 
 

@@ -126,6 +126,16 @@ def test_costs_beyond_62_bits_are_refused():
         travel.rule(Fraction(1), (10**6, 10**6), 10)
 
 
+@pytest.mark.parametrize("model", [m for m in Model if m is not Model.EXPLICIT])
+@pytest.mark.parametrize("reach", [(0, 0), (0, 9)])
+def test_an_axis_at_rest_must_have_parameters_that_fit(model, reach):
+    travel = Travel(
+        model, vx=Fraction(1, 10**20), ax=Fraction(1), ay=Fraction(1), quantum=Fraction(1)
+    )
+    with pytest.raises(UsageError, match="larger quantum"):
+        travel.rule(Fraction(1), reach, 10)
+
+
 def test_models_have_the_papers_names():
     assert parse_model("case1") is Model.SEQUENTIAL
     assert parse_model("Case2") is Model.SIMULTANEOUS
