@@ -116,6 +116,8 @@ USAGE = {
     "start is end": ["--start", "1", "--end", "1"],
     "unknown solver": ["--solver", "magic"],
     "unknown option of a solver": ["--solver", "held-karp", "--set", "depth=3"],
+    "seed as an option of a solver": ["--set", "seed=5"],
+    "stop as an option of a solver": ["--set", "stop=5"],
     "word for a number": ["--solver", "htga", "--set", "np=many"],
     "half a generation": ["--solver", "htga", "--set", "gn=2.5"],
     "number for a word": ["--solver", "milp", "--set", "backend=3"],

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from dataclasses import dataclass
 from fractions import Fraction
+from inspect import signature
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +14,7 @@ import click
 from tcp.cli.main import complain
 from tcp.cli.options import READ, Problem, number, problem_options, setting
 from tcp.cli.terminal import PROOF, PROOF_ENDINGS, check_outputs, on_terminal, output_path, tell
-from tcp.errors import Exit, TcpError
+from tcp.errors import Exit, TcpError, UsageError
 from tcp.instance import Instance
 from tcp.report.data import result_data
 from tcp.report.route import save_route
@@ -188,7 +189,7 @@ def command(
     The route is an open path from any hole to any other, unless --start, --end, --home or
     --closed say otherwise. Ctrl-C returns the best route so far.
     """
-    own = dict(setting(text) for text in settings)
+    own = solver_options(settings)
     named: dict[str, Any] = {"formulation": formulation, "backend": backend}
     named |= {"save_state": save_state, "resume": resume}
     own |= {key: value for key, value in named.items() if value is not None}
@@ -215,6 +216,22 @@ def command(
         if result.stopped is StopReason.INTERRUPTED:
             break
     return worst
+
+
+def solver_options(settings: tuple[str, ...]) -> dict[str, Any]:
+    """What ``--set`` gives to the solver.
+
+    Raises
+    ------
+    UsageError
+        For what is no solver's own affair but that of an option here.
+    """
+    own = dict(setting(text) for text in settings)
+    for key in own:
+        if key in signature(solve).parameters:
+            flag = f"; give --{key}" if key in ("solver", "seed", "exact", "certificate") else ""
+            raise UsageError(f"--set {key}: no solver has an option of that name{flag}")
+    return own
 
 
 def verdict(result: Result, exact: bool) -> Exit:
