@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tcp import Ends, Instance, Status, Stop, Travel, Workpiece, solve
+from tcp import Ends, Instance, Status, Stop, StopReason, Travel, Workpiece, solve
 from tcp.errors import UsageError
 from tcp.exact.backends import Cbc, least
 from tcp.exact.min_cut import violated_sets
@@ -60,6 +60,7 @@ def test_held_karp_takes_twenty_holes_and_refuses_forty():
         ("routing", {"metaheuristic": "tabu_search"}, "set a time limit"),
         ("routing", {"first_solution": "none"}, "first_solution is one of"),
         ("cp-sat", {"workers": 0}, "workers of 1 or more"),
+        ("positions", {"workers": 10**11}, "up to 1000"),
         ("cp-sat", {"speed": 1}, "no option 'speed'"),
     ],
 )
@@ -137,3 +138,16 @@ def test_a_bound_in_the_log_of_cbc_is_never_above_the_optimum():
         ["Cbc0010I After 0 nodes, 1.5000005e+08 best, best possible 1.5000005e+08 (1 s)"]
     )
     assert told == [150_000_045] and solver.bound == 150_000_045
+
+
+@pytest.mark.parametrize("solver", ["routing", "cp-sat", "positions", "milp"])
+def test_a_time_limit_beyond_all_time_is_none(solver):
+    assert solve(line(6), solver, stop=Stop(time=1e300), exact=True).status is Status.OPTIMAL
+
+
+@pytest.mark.parametrize(("solver", "holes"), [("cp-sat", 450), ("positions", 30)])
+def test_models_are_built_in_time(solver, holes):
+    """Building them took 25 s and 5 s, in which no limit holds."""
+    result = solve(line(holes), solver, stop=Stop(time=0.1))
+    assert result.route is not None and result.stopped is StopReason.TIME
+    assert result.seconds < 0.1 + (4 if solver == "positions" else 8)

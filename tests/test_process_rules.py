@@ -181,6 +181,29 @@ def test_the_position_model_is_exact_with_rules_about_moves(seed):
     assert result.status is (Status.INFEASIBLE if truth is None else Status.OPTIMAL)
 
 
+def test_a_balance_rule_is_solved_or_refused_whatever_its_numbers():
+    piece = board(5, 5)
+    free = Instance(piece, rules=Rules(balance=Balance(2, most=10**30)))
+    assert solve(free, "positions").cost == best(free)
+    for low, high in ((Fraction(0), Fraction(10**25)), (Fraction(1, 10**25), Fraction(10**9))):
+        instance = Instance(piece, rules=Rules(balance=Balance(2, low, high, most=0)))
+        with pytest.raises(UsageError, match="too many digits"):
+            solve(instance, exact=True)
+    rules = Rules(forbidden=((0, 1),), balance=Balance(1, most=0))
+    alone = Instance(board(1, 2), rules=rules)
+    assert solve(alone, "positions").status is Status.INFEASIBLE
+
+
+def test_auto_and_the_front_pass_on_costs_too_fine_for_a_double():
+    far = [(0, 0), (10**15, 1), (3 * 10**15, 10**15)]
+    rules = Rules(balance=Balance(1, most=1))
+    instance = Instance(Workpiece.from_decimals("far", far), rules=rules)
+    with pytest.raises(UsageError, match="positions refused, because its bounds are exact"):
+        solve(instance, exact=True)
+    with pytest.raises(UsageError, match="its bounds are exact"):
+        front(instance)
+
+
 def wide_board(seed: int) -> Instance:
     """Six holes far apart on a fine grid, ratios of many digits: large coefficients."""
     rng = np.random.default_rng(seed)

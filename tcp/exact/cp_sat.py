@@ -8,25 +8,19 @@ three at 49 holes, where other linearizations on one worker do not end at all:
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 from ortools.sat.python import cp_model
 
-from tcp.errors import UsageError
-from tcp.exact.native import attend
+from tcp.exact.sat import EXACT, SatSearch, check_options
 from tcp.exact.tiny import settle
 from tcp.heuristics.start import start_tour
 from tcp.instance import Instance
 from tcp.models.circuit import Circuit
-from tcp.result import Outcome, Progress, Report
-from tcp.stop import Clock, StopReason
+from tcp.result import Outcome, Report
+from tcp.stop import Clock
 
 NODES = 500
 """Largest model that is built: a quarter of a million literals."""
-
-EXACT = 2**53
-"""CP-SAT hands out its bound as a double, exact for integers up to here."""
 
 
 def refusal(instance: Instance) -> str | None:
@@ -60,89 +54,27 @@ def run(
         CP-SAT's ``linearization_level``, 0 to 2: how much of the model its
         linear relaxation sees.
     """
-    if workers < 1 or linearization not in (0, 1, 2):
-        raise UsageError("cp-sat takes workers of 1 or more and linearization 0, 1 or 2")
+    check_options("cp-sat", workers, linearization)
     settled = settle(instance)
     if settled is not None:
         return settled
-    search = _Search(instance, clock, report)
-    search.parameters(int(rng.integers(2**31)), workers, linearization)
-    return search.run()
+    search = _Search(instance, clock, report, instance.granularity)
+    tour = start_tour(instance.form)
+    if tour is not None:
+        search.offer(instance.route(tour))
+    return search.run(int(rng.integers(2**31)), workers, linearization)
 
 
-class _Search(cp_model.CpSolverSolutionCallback):  # type: ignore[misc]
-    """One solve: what it has found so far, and the news that the main thread passes on."""
+class _Search(SatSearch):
+    """One solve of the circuit model."""
 
-    def __init__(self, instance: Instance, clock: Clock, report: Report):
-        super().__init__()
-        self.instance, self.clock, self.report = instance, clock, report
-        self.unit = instance.granularity
-        self.circuit = Circuit(instance.form, self.unit)
-        self.best = start_tour(instance.form)
-        self.bound = 0
-        self.told: tuple[int | None, int] | None = None
+    def build(self) -> cp_model.CpModel:
+        """The model, with the best route as a hint."""
+        self.circuit = Circuit(self.instance.form, self.unit)
         if self.best is not None:
-            self.circuit.hint(self.best)
+            self.circuit.hint(self.instance.tour(self.best))
+        return self.circuit.model
 
-    def parameters(self, seed: int, workers: int, linearization: int) -> None:
-        """Set up the solver; all randomness comes from ``seed``."""
-        self.solver = cp_model.CpSolver()
-        self.solver.parameters.random_seed = seed
-        self.solver.parameters.num_workers = workers
-        self.solver.parameters.interleave_search = workers > 1
-        self.solver.parameters.linearization_level = linearization
-        self.solver.parameters.catch_sigint_signal = False  # Ctrl-C is the facade's
-        self.solver.best_bound_callback = self._raise
-
-    @property
-    def cost(self) -> int | None:
-        """Cost of the best tour so far, in quanta."""
-        return None if self.best is None else self.instance.form.tour_cost(self.best)
-
-    def on_solution_callback(self) -> None:
-        """Keep a solution (called by CP-SAT in its own thread)."""
-        tour = self.circuit.tour(self.value)
-        if self.cost is None or self.instance.form.tour_cost(tour) < self.cost:
-            self.best = tour
-
-    def _raise(self, bound: float) -> None:
-        """Keep a bound: costs are whole, so it may be rounded up; the slack is for the double."""
-        self.bound = max(self.bound, math.ceil(bound - 1e-6) * self.unit)
-
-    def _watch(self) -> StopReason | None:
-        """Pass on what is new, and see whether it is time to stop."""
-        cost, bound = self.cost, self.bound
-        if (cost, bound) != self.told:
-            self.told = (cost, bound)
-            self.report(Progress(self.clock.elapsed, cost, bound))
-        return self.clock.reason(cost, bound)
-
-    def run(self) -> Outcome:
-        """Solve and say how it went."""
-        stopped, status = self._watch(), cp_model.UNKNOWN
-        details = {
-            "workers": self.solver.parameters.num_workers,
-            "linearization": self.solver.parameters.linearization_level,
-        }
-        if stopped is None:
-            status, stopped = attend(
-                lambda: self.solver.solve(self.circuit.model, self),
-                self._watch,
-                self.solver.stop_search,
-            )
-            details["branches"] = self.solver.num_branches
-            details["conflicts"] = self.solver.num_conflicts
-        if status == cp_model.MODEL_INVALID:
-            raise UsageError("cp-sat cannot represent these costs; choose a larger quantum")
-        if status == cp_model.OPTIMAL:
-            self.bound = self.cost or 0
-        if status in (cp_model.OPTIMAL, cp_model.INFEASIBLE):
-            stopped = None
-        self._watch()
-        return Outcome(
-            route=None if self.best is None else self.instance.route(self.best),
-            bound=self.bound,
-            stopped=stopped or StopReason.COMPLETED,
-            infeasible=status == cp_model.INFEASIBLE,
-            details=details,
-        )
+    def found(self) -> tuple[int, ...]:
+        """The drilling order of the circuit."""
+        return self.instance.route(self.circuit.tour(self.value))

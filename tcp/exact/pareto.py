@@ -68,11 +68,11 @@ def front(
     rule = instance.rules.balance
     if rule is None:
         raise UsageError("a Pareto front needs a balance rule: there is one objective")
-    why = refusal(instance)
+    windows = max(0, len(instance) - rule.window)
+    why = refusal(instance, windows + 1, 1)
     if why or len(instance) == 1:
         raise UsageError(f"no Pareto front of {instance.name}: {why or 'one hole has no moves'}")
     clock = clock or Clock(Stop())
-    windows = max(0, len(instance) - rule.window)
     points: list[Point] = []
     most = windows if rule.most is None else min(rule.most, windows)
     while most >= 0:

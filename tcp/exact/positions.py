@@ -14,27 +14,48 @@ import math
 import numpy as np
 from ortools.sat.python import cp_model
 
-from tcp.errors import UsageError
-from tcp.exact.native import attend
+from tcp.exact.sat import EXACT, SatSearch, check_options
 from tcp.heuristics.start import start_tour
 from tcp.instance import Instance
 from tcp.models.positions import Positions
-from tcp.result import Outcome, Progress, Report
-from tcp.stop import Clock, StopReason
+from tcp.result import Outcome, Report
+from tcp.stop import Clock
 from tcp.validate.route import faults
 
 HOLES = 30
 """Largest model that is built: 26,000 moves in places."""
 
-EXACT = 2**53
-"""CP-SAT hands out its bound as a double, exact for integers up to here."""
+WIDE = 2**61
+"""What the terms of a row of the model may add up to."""
 
 
-def refusal(instance: Instance) -> str | None:
-    """Why the model would be too large, or None."""
-    if len(instance) > HOLES:
+def refusal(instance: Instance, scale: int = 1, weight: int = 0) -> str | None:
+    """Why the model would be too large, or its numbers too fine, or None.
+
+    Parameters
+    ----------
+    instance : Instance
+        The problem.
+    scale, weight : int
+        As in :class:`Search`.
+    """
+    n = len(instance)
+    if n > HOLES:
         return f"its model has a literal for each place and move and takes up to {HOLES} holes"
+    highest = scale * int(instance.form.full_matrix().max()) + weight
+    if highest // _unit(instance, scale, weight) * (instance.form.size + 1) > EXACT:
+        return "its bounds are exact up to 2^53 units of cost; choose a larger quantum"
+    rule, piece = instance.rules.balance, instance.workpiece
+    if rule is not None:
+        reach = int(np.ptp(piece.x)) + int(np.ptp(piece.y))
+        if max(rule.limits()) * reach * min(rule.window, n) * n * n > WIDE:
+            return "the ratios of the balance rule have too many digits for places so fine"
     return None
+
+
+def _unit(instance: Instance, scale: int, weight: int) -> int:
+    """What divides every value of the objective."""
+    return math.gcd(scale * instance.granularity, weight)
 
 
 def run(
@@ -58,28 +79,27 @@ def run(
     Raises
     ------
     UsageError
-        For options out of range, or costs beyond 2^53 quanta.
+        For options out of range.
     """
-    if workers < 1 or linearization not in (0, 1, 2):
-        raise UsageError("positions takes workers of 1 or more and linearization 0, 1 or 2")
+    check_options("positions", workers, linearization)
     if len(instance) == 1:
         wrong = faults(instance, (0,))
         bound = None if wrong else instance.cost((0,))
         return Outcome(None if wrong else (0,), bound, infeasible=bool(wrong))
     search = Search(instance, clock, report)
     tour = start_tour(instance.form)
-    if tour is not None:
+    if tour is not None and not faults(instance, instance.route(tour)):
         search.offer(instance.route(tour))
     return search.run(int(rng.integers(2**31)), workers, linearization)
 
 
-class Search(cp_model.CpSolverSolutionCallback):  # type: ignore[misc]
-    """One solve.
+class Search(SatSearch):
+    """One solve of the position model.
 
     Parameters
     ----------
     instance, clock, report
-        As in every solver.
+        As in every solver; :func:`refusal` has nothing against it.
     scale, weight : int
         What is minimised and bounded is ``scale * travel + weight * unbalanced windows``.
     """
@@ -87,74 +107,25 @@ class Search(cp_model.CpSolverSolutionCallback):  # type: ignore[misc]
     def __init__(
         self, instance: Instance, clock: Clock, report: Report, scale: int = 1, weight: int = 0
     ):
-        super().__init__()
-        self.instance, self.clock, self.report = instance, clock, report
+        super().__init__(instance, clock, report, _unit(instance, scale, weight))
         self.scale, self.weight = scale, weight
-        self.unit = math.gcd(scale * instance.granularity, weight)
-        highest = scale * int(instance.form.full_matrix().max()) + weight
-        if highest // self.unit * (instance.form.size + 1) > EXACT:
-            raise UsageError("positions takes costs up to 2^53 quanta; choose a larger quantum")
-        self.model = Positions(instance, scale, weight, self.unit)
-        self.best: tuple[int, ...] | None = None
-        self.cost: int | None = None
-        self.bound = 0
-        self.told: tuple[int | None, int] | None = None
 
     def value_of(self, route: tuple[int, ...]) -> int:
         """The objective of a route, from the instance and not from the model."""
         cost, penalty = self.instance.cost(route), self.instance.penalty(route)
         return self.scale * cost + self.weight * penalty
 
-    def on_solution_callback(self) -> None:
-        """Keep a solution (called by CP-SAT in its own thread)."""
-        self.offer(self.model.route(self.value))
+    def build(self) -> cp_model.CpModel:
+        """The model, without a hint."""
+        self.positions = Positions(self.instance, self.scale, self.weight, self.unit)
+        return self.positions.model
 
-    def offer(self, route: tuple[int, ...]) -> None:
-        """Keep a route if it is one and better than the best."""
-        cost = self.value_of(route)
-        if faults(self.instance, route):
-            return
-        if self.cost is None or cost < self.cost:
-            self.best, self.cost = route, cost
+    def found(self) -> tuple[int, ...]:
+        """The order of the holes' places."""
+        return self.positions.route(self.value)
 
-    def _raise(self, bound: float) -> None:
-        """Keep a bound: costs are whole, so it may be rounded up; the slack is for the double."""
-        self.bound = max(self.bound, math.ceil(bound - 1e-6) * self.unit)
-
-    def _watch(self) -> StopReason | None:
-        """Pass on what is new, and see whether it is time to stop."""
-        cost, bound = self.cost, self.bound
-        if (cost, bound) != self.told:
-            self.told = (cost, bound)
-            self.report(Progress(self.clock.elapsed, cost, bound))
-        return self.clock.reason(cost, bound)
-
-    def run(self, seed: int, workers: int, linearization: int) -> Outcome:
-        """Solve and say how it went."""
-        solver = cp_model.CpSolver()
-        solver.parameters.random_seed = seed
-        solver.parameters.num_workers = workers
-        solver.parameters.interleave_search = workers > 1
-        solver.parameters.linearization_level = linearization
-        solver.parameters.presolve_inclusion_work_limit = 0  # see the module
-        solver.parameters.catch_sigint_signal = False  # Ctrl-C is the facade's
-        solver.best_bound_callback = self._raise
-        stopped, status = self._watch(), cp_model.UNKNOWN
-        if stopped is None:
-            status, stopped = attend(
-                lambda: solver.solve(self.model.model, self), self._watch, solver.stop_search
-            )
-        if status == cp_model.MODEL_INVALID:
-            raise UsageError("cp-sat cannot represent these costs; choose a larger quantum")
-        if status == cp_model.OPTIMAL:
-            self.bound = self.cost or 0
-        if status in (cp_model.OPTIMAL, cp_model.INFEASIBLE):
-            stopped = None
-        self._watch()
-        return Outcome(
-            route=self.best,
-            bound=self.bound,
-            stopped=stopped or StopReason.COMPLETED,
-            infeasible=status == cp_model.INFEASIBLE,
-            details={"workers": workers, "linearization": linearization},
-        )
+    def solver(self, seed: int, workers: int, linearization: int) -> cp_model.CpSolver:
+        """Without the step that overflows."""
+        solver = super().solver(seed, workers, linearization)
+        solver.parameters.presolve_inclusion_work_limit = 0
+        return solver

@@ -8,7 +8,6 @@ itself.  Gap and target are not watched during a CP-SAT search.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 
 import numpy as np
@@ -28,6 +27,9 @@ NODES = 2_000
 
 EXACT = 2**53
 """The CP-SAT search passes its bound through a double, exact for integers up to here."""
+
+DECADES = 1e9
+"""From so many seconds on a time limit is none: the library could not hold it."""
 
 ON, OFF = optional_boolean_pb2.BOOL_TRUE, optional_boolean_pb2.BOOL_FALSE
 FIRST = routing_enums_pb2.FirstSolutionStrategy.Value
@@ -118,7 +120,7 @@ class _Search:
         self.solutions = 0
         self.stopped: StopReason | None = None
         self.parameters = pywrapcp.DefaultRoutingSearchParameters()
-        if math.isfinite(clock.remaining):
+        if clock.remaining < DECADES:
             self.parameters.time_limit.FromNanoseconds(max(1, int(clock.remaining * 1e9)))
 
     @property

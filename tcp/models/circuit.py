@@ -54,17 +54,17 @@ class Circuit:
 
     def _objective(self) -> None:
         costs = self.form.full_matrix() // self.unit
-        self.model.minimize(
-            cp_model.LinearExpr.weighted_sum(
-                list(self.arcs.values()), [int(costs[a]) for a in self.arcs]
-            )
-        )
+        objective = self.model.proto.objective  # a call for each literal would take seconds
+        objective.vars.extend([move.index for move in self.arcs.values()])
+        objective.scaling_factor = 1.0
+        objective.coeffs.extend([int(costs[arc]) for arc in self.arcs])
 
     def hint(self, tour: Sequence[int]) -> None:
         """Propose a cyclic tour as the first solution."""
         used = {(tour[k - 1], tour[k]) for k in range(len(tour))}
-        for arc, move in self.arcs.items():
-            self.model.add_hint(move, arc in used)
+        proposed = self.model.proto.solution_hint
+        proposed.vars.extend([move.index for move in self.arcs.values()])
+        proposed.values.extend([arc in used for arc in self.arcs])
 
     def tour(self, value: Callable[[cp_model.IntVar], int]) -> list[int]:
         """The cyclic tour of a solution."""

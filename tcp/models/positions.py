@@ -11,7 +11,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-import numpy as np
 from ortools.sat.python import cp_model
 
 from tcp.instance import Instance
@@ -61,6 +60,9 @@ class Positions:
             for j in range(n)
             if i != j and (min(i, j), max(i, j)) not in banned
         }
+        self.at_place: list[list[tuple[int, int, cp_model.IntVar]]] = [[] for _ in range(places)]
+        for (k, i, j), move in self.moves.items():
+            self.at_place[k].append((i, j, move))
 
     def _one_hole_a_place(self) -> None:
         for hole in range(self.n):
@@ -106,12 +108,8 @@ class Positions:
             return
         for still, other in ((piece.y, piece.x), (piece.x, piece.y)):
             along = [
-                sum(
-                    m
-                    for (k, i, j), m in self.moves.items()
-                    if k == place and still[i] == still[j] and other[i] != other[j]
-                )
-                for place in range(self.n - 1)
+                sum(m for i, j, m in moves if still[i] == still[j] and other[i] != other[j])
+                for moves in self.at_place[: self.n - 1]
             ]
             for first in range(len(along) - most):
                 self.model.add(sum(along[first : first + most + 1]) <= most)
@@ -119,29 +117,17 @@ class Positions:
     def _balance(self, rule: Balance) -> None:
         """A literal per window, true where it is unbalanced, and their number at most ``most``."""
         piece, a, b, c, d = self.instance.workpiece, *rule.limits()
-        across, along = (self._travel(v) for v in (piece.x, piece.y))
         for first in range(max(0, self.n - rule.window)):
-            window = slice(first, first + rule.window)
-            dx, dy = sum(across[window]), sum(along[window])
+            window = [m for k in range(first, first + rule.window) for m in self.at_place[k]]
+            i, j, moves = ([m[part] for m in window] for part in range(3))
+            dx, dy = abs(piece.x[i] - piece.x[j]), abs(piece.y[i] - piece.y[j])
             wrong = self.model.new_bool_var("")
-            self.model.add(a * dy <= b * dx).only_enforce_if(~wrong)
-            self.model.add(c * dx <= d * dy).only_enforce_if(~wrong)
+            for excess in (a * dy - b * dx, c * dx - d * dy):
+                total = cp_model.LinearExpr.weighted_sum(moves, excess.tolist())
+                self.model.add(total <= 0).only_enforce_if(~wrong)
             self.windows.append(wrong)
         if rule.most is not None:
-            self.model.add(sum(self.windows) <= rule.most)
-
-    def _travel(self, values: np.ndarray[Any, np.dtype[np.int64]]) -> list[Any]:
-        """Travel along one axis of the move at each place, in steps over their divisor."""
-        unit = max(1, int(np.gcd.reduce(values - values[0])))
-        return [
-            sum(
-                int(abs(values[i] - values[j])) // unit * m
-                for (k, i, j), m in self.moves.items()
-                if k == place
-            )
-            * unit
-            for place in range(self.n - 1)
-        ]
+            self.model.add(sum(self.windows) <= min(rule.most, len(self.windows)))
 
     def _objective(self) -> None:
         form, ends = self.instance.form, self.instance.ends
@@ -152,12 +138,6 @@ class Positions:
                 home = costs[form.home]
                 terms += [int(home[h]) * self.at[h][place] for h in range(self.n)]
         self.model.minimize(sum(terms) + self.weight // self.unit * sum(self.windows))
-
-    def hint(self, route: tuple[int, ...]) -> None:
-        """Propose a drilling order as the first solution."""
-        for hole in range(self.n):
-            for place in range(self.n):
-                self.model.add_hint(self.at[hole][place], route[place] == hole)
 
     def route(self, value: Callable[[cp_model.IntVar], int]) -> tuple[int, ...]:
         """The drilling order of a solution."""
