@@ -7,7 +7,7 @@ import platform
 import signal
 import sys
 import threading
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from functools import cache
@@ -210,6 +210,9 @@ PROVERS = ("branch-and-cut", "cp-sat", "held-karp", "positions")
 SEEKERS = ("local-search", "routing", "cp-sat", "held-karp", "positions")
 """Who looks for a good route without a proof, in order of preference."""
 
+LAST = "bmga"
+"""Who takes what all of these refuse, rules about successive moves on large boards; no proof."""
+
 
 def choose(instance: Instance, exact: bool, certificate: bool = False) -> tuple[str, str]:
     """The solver that ``auto`` stands for, and why.
@@ -229,16 +232,24 @@ def choose(instance: Instance, exact: bool, certificate: bool = False) -> tuple[
     aim = "a certificate" if certificate else "a proof" if proving else "a good route"
     if size <= SMALL:
         order = ("held-karp", *order)
-    refusals: list[str] = []
+    if not exact and not certificate:
+        order = (*order, LAST)
+    refusals: dict[str, list[str]] = {}
     for name in dict.fromkeys(order):
         refusal = refuses(name, instance)
         if refusal is None and name == "held-karp" and size <= SMALL:
             fit = f"{counted(n, 'hole')} {'fits' if n == 1 else 'fit'}"
             return name, f"{fit} the dynamic programme, which always proves"
         if refusal is None:
-            return name, f"the first choice for {aim} over {counted(n, 'hole')}" + "".join(refusals)
-        refusals.append(f"; {name} refused, because {refusal}")
-    raise UsageError(f"no solver takes {instance.name} with {n} holes" + "".join(refusals))
+            rank = "last resort for a good route" if name == LAST else f"first choice for {aim}"
+            return name, f"the {rank} over {counted(n, 'hole')}{_refused(refusals)}"
+        refusals.setdefault(refusal, []).append(name)
+    raise UsageError(f"no solver takes {instance.name} with {n} holes{_refused(refusals)}")
+
+
+def _refused(refusals: Mapping[str, Sequence[str]]) -> str:
+    """Who refused for which reason."""
+    return "".join(f"; refused by {', '.join(names)}: {why}" for why, names in refusals.items())
 
 
 def _look_up(name: str, exact: bool) -> tuple[Entry, ModuleType]:

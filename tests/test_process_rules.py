@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 
 from tcp import Balance, Ends, Instance, Model, Rules, Status, Travel, Workpiece, solve
 from tcp.cli.main import main
-from tcp.errors import UsageError
+from tcp.errors import Exit, UsageError
 from tcp.exact.pareto import front, weighted
 from tcp.files import read
 from tcp.rules import long_runs, unbalanced
@@ -147,6 +147,17 @@ def test_solvers_that_do_not_know_rules_about_moves_refuse():
     assert result.solver == "positions"
 
 
+def test_auto_seeks_a_route_with_rules_about_moves_on_boards_too_large_for_a_proof():
+    instance = Instance(board(2, 40, 30), rules=Rules(axis_run=3))
+    result = solve(instance)
+    assert result.solver == "bmga" and not faults(instance, result.route)
+    assert "last resort" in result.details["auto"]
+    assert "refused by branch-and-cut, cp-sat, held-karp: it does" in result.details["auto"]
+    for proof in ({"exact": True}, {"certificate": "wp.json"}):
+        with pytest.raises(UsageError, match="no solver takes board"):
+            solve(instance, **proof)
+
+
 def test_counting_without_a_limit_needs_no_special_solver():
     instance = Instance(board(3, 7), rules=Rules(balance=Balance(3)))
     result = solve(instance, "held-karp")
@@ -198,7 +209,7 @@ def test_auto_and_the_front_pass_on_costs_too_fine_for_a_double():
     far = [(0, 0), (10**15, 1), (3 * 10**15, 10**15)]
     rules = Rules(balance=Balance(1, most=1))
     instance = Instance(Workpiece.from_decimals("far", far), rules=rules)
-    with pytest.raises(UsageError, match="positions refused, because its bounds are exact"):
+    with pytest.raises(UsageError, match="refused by positions: its bounds are exact"):
         solve(instance, exact=True)
     with pytest.raises(UsageError, match="its bounds are exact"):
         front(instance)
@@ -290,6 +301,13 @@ def test_the_command_prints_the_front(tmp_path):
     assert times == sorted(times) and len(data["front"][0]["route"]) == 6
     for wrong in ("2,2", "x,1,2", "2,1,2,x", "2,2,1"):
         assert CliRunner().invoke(main, ["pareto", str(path), "--balance", wrong]).exit_code == 2
+
+
+def test_a_front_without_any_route_ends_in_4(tmp_path):
+    path = tmp_path / "row.csv"
+    path.write_text("x,y\n0,0\n1,0\n2,0\n3,0\n")
+    done = CliRunner().invoke(main, ["pareto", str(path), "--axis-run", "2"])
+    assert done.exit_code == Exit.INFEASIBLE and "no route keeps the rules" in done.output
 
 
 def test_solve_takes_the_rules_from_the_command_line(tmp_path):

@@ -13,7 +13,7 @@ import click
 
 from tcp.cli.options import READ, Problem, number, problem_options
 from tcp.cli.terminal import status_line, tell
-from tcp.errors import ProofError, UsageError
+from tcp.errors import Exit, ProofError, UsageError
 from tcp.exact.pareto import Point, front, weighted
 from tcp.instance import Instance
 from tcp.result import decimal
@@ -27,8 +27,8 @@ Examples:
   tcp pareto data/wp2.csv --balance 4,0.5,2 --weight 5 --json
 
 \b
-Exit codes: 0 done, 2 usage, 3 unreadable or invalid input, 5 not complete within
-the time limit, 70 internal error, 130 interrupted."""
+Exit codes: 0 done, 2 usage, 3 unreadable or invalid input, 4 no route keeps the
+rules, 5 not complete within the time limit, 70 internal error, 130 interrupted."""
 
 
 @click.command(epilog=EPILOG)
@@ -45,7 +45,7 @@ def command(
     time_limit: float | None,
     seed: int,
     as_json: bool,
-) -> None:
+) -> int:
     """Prove the whole Pareto front of travel time against unbalanced windows of moves.
 
     Without --balance, the BMGA paper's rule holds: 10 moves, ratio 0.5 to 2.
@@ -59,6 +59,7 @@ def command(
     points = _prove(instance, Clock(Stop(time=time_limit)), seed)
     chosen = None if price is None or not points else weighted(points, price)
     click.echo(_json(instance, points, chosen) if as_json else _table(instance, points, chosen))
+    return Exit.OK if points else Exit.INFEASIBLE
 
 
 def _prove(instance: Instance, clock: Clock, seed: int) -> tuple[Point, ...]:
