@@ -220,9 +220,11 @@ class Travel:
         reach = (max(reach[0], 1), max(reach[1], 1))  # the factors of an axis at rest must fit, too
         rule, peak = _BINDERS[self.model](self, step, reach)
         if peak * 4 >= SAFE or _longest(rule, reach) * max(moves, 1) >= SAFE:
+            far = max(reach) * step
+            better = "smaller" if rule.quantum * min(self.vx, self.vy) > far else "larger"
             raise UsageError(
-                f"{self.model} travel over {float(max(reach) * step):g} mm in quanta of "
-                f"{float(rule.quantum):g} exceeds 62-bit integers; choose a larger quantum"
+                f"{self.model} travel over {float(far):g} mm in quanta of "
+                f"{float(rule.quantum):g} exceeds 62-bit integers; choose a {better} quantum"
             )
         return rule
 

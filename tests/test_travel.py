@@ -124,6 +124,8 @@ def test_costs_beyond_62_bits_are_refused():
     travel = Travel(Model.EUCLIDEAN, quantum=Fraction(1, 10**9))
     with pytest.raises(UsageError, match="larger quantum"):
         travel.rule(Fraction(1), (10**6, 10**6), 10)
+    with pytest.raises(UsageError, match="smaller quantum"):
+        Travel(quantum=Fraction(10**30)).rule(Fraction(1), (10**6, 10**6), 10)
 
 
 @pytest.mark.parametrize("model", [m for m in Model if m is not Model.EXPLICIT])

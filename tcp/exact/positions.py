@@ -88,7 +88,7 @@ def run(
         return Outcome(None if wrong else (0,), bound, infeasible=bool(wrong))
     search = Search(instance, clock, report)
     tour = start_tour(instance.form)
-    if tour is not None and not faults(instance, instance.route(tour)):
+    if tour is not None:
         search.offer(instance.route(tour))
     return search.run(int(rng.integers(2**31)), workers, linearization)
 
@@ -114,6 +114,11 @@ class Search(SatSearch):
         """The objective of a route, from the instance and not from the model."""
         cost, penalty = self.instance.cost(route), self.instance.penalty(route)
         return self.scale * cost + self.weight * penalty
+
+    def offer(self, route: tuple[int, ...]) -> None:
+        """Keep a route if it keeps the rules: neither the start tour nor the model vouches for it."""
+        if not faults(self.instance, route):
+            super().offer(route)
 
     def build(self) -> cp_model.CpModel:
         """The model, without a hint."""
