@@ -116,7 +116,7 @@ class Search(SatSearch):
         return self.scale * cost + self.weight * penalty
 
     def offer(self, route: tuple[int, ...]) -> None:
-        """Keep a route if it keeps the rules: neither the start tour nor the model vouches for it."""
+        """Keep a route that keeps the rules; the start tour does not know all of them."""
         if not faults(self.instance, route):
             super().offer(route)
 
