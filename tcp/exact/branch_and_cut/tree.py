@@ -140,7 +140,8 @@ class Tree:
             self.root_duals = result.duals
             if not node.closed and not result.stopped:
                 cutter.polish()
-        if at == 0 or cutter.incumbent.cost != before:
+        news = at == 0 or cutter.incumbent.cost != before
+        if news and (self.heap or not node.closed):
             self.eliminate()
         if result.stopped:
             self.stopped, self.stuck = True, result.stuck
