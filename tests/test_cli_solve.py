@@ -210,6 +210,15 @@ def test_gaps_are_percentages_however_small():
     assert [percent(gap) for gap in gaps] == [*said, "under 0.0001 %"]
 
 
+@pytest.mark.parametrize(
+    ("gap", "said"), [(0.123412, "12.35 %"), (0.1234, "12.34 %"), (0.07, "7.00 %")]
+)
+def test_a_gap_is_rounded_up(gap, said):
+    from tcp.report.table import percent
+
+    assert percent(gap) == said
+
+
 def test_one_hole_is_in_the_singular(tmp_path):
     path = tmp_path / "one.csv"
     path.write_text("3,4\n")

@@ -112,7 +112,7 @@ def _facts(board: Board) -> str:
     """The figures that matter most, large."""
     unit = board.wishes.machine.unit
     before, after = board.costs_before.total, board.costs_after.total
-    saved = percent((before - after) / before) if before else "-"
+    saved = f"{100 * (before - after) / before:.2f} %" if before else "-"
     gap = percent((after - board.bound) / after) if after else "-"
     proved = sum(part.proved for part in board.parts)
     figures = [

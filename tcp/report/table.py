@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import textwrap
 from collections.abc import Sequence
 from fractions import Fraction
@@ -72,14 +73,16 @@ def duration(value: Fraction, instance: Instance) -> str:
 
 
 def percent(gap: float | None) -> str:
-    """A gap in percent, never rounded down to 0."""
+    """A gap in percent, rounded up: it is what a route may be above the shortest at most."""
     if gap is None:
         return "unknown"
     if gap == 0:
         return "0 %"
     if abs(gap) < 1e-6:
         return "under 0.0001 %"
-    return f"{100 * gap:.{2 if abs(gap) >= 1e-4 else 4}f} %"
+    digits = 2 if abs(gap) >= 1e-4 else 4
+    up = math.ceil(gap * 10 ** (digits + 2) - 1e-6)  # less the double's own error
+    return f"{up / 10**digits:.{digits}f} %"
 
 
 def proof(result: Result) -> str:
