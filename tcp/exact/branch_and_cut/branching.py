@@ -79,7 +79,9 @@ class Brancher:
         return best
 
     def _best(self, pairs: list[int], sets: list[Cut], cap: float) -> Decision | None:
-        """The best decision among some pairs and sets."""
+        """The best decision among some pairs and sets; None if there are none."""
+        if not (pairs or sets):
+            return None
         self.lp.add_cuts(sets)
         places = [*self.lp.columns_of(np.array(pairs, np.int64)).tolist()]
         tries = [*(Try(k, False) for k in places), *(Try(self.lp.row_of(c), True) for c in sets)]

@@ -6,6 +6,9 @@ and to forbid one pair gains nothing.  What costs is how often a tour comes into
 
 from __future__ import annotations
 
+from heapq import heappop, heappush
+from itertools import count
+
 import numpy as np
 
 from tcp.exact.branch_and_cut.cuts import Cut
@@ -31,7 +34,8 @@ def clusters(problem: Problem) -> list[Cut]:
     root = np.arange(problem.size)
     members: dict[int, list[int]] = {v: [v] for v in range(problem.size)}
     inside = dict.fromkeys(members, 0)
-    found: list[tuple[float, list[int]]] = []
+    found: list[tuple[float, int, list[int]]] = []  # a heap: the lists of all would fill O(n^2)
+    age = count()
     for k in np.argsort(cost, kind="stable"):
         a, b = find(root, i[k]), find(root, j[k])
         if a == b:
@@ -40,8 +44,9 @@ def clusters(problem: Problem) -> list[Cut]:
         for part in (a, b):
             apart = LEAST <= len(members[part]) <= problem.size - LEAST
             if apart and height > inside[part]:
-                found.append((height / (inside[part] + 1), members[part]))
+                heappush(found, (height / (inside[part] + 1), -next(age), members[part]))
+        while len(found) > MOST:
+            heappop(found)
         members[a] = members[a] + members.pop(b)
         root[b], inside[a] = a, height
-    found.sort(key=lambda pair: -pair[0])
-    return [Cut.of([nodes]) for _, nodes in found[:MOST]]
+    return [Cut.of([nodes]) for _, _, nodes in sorted(found, reverse=True)]
