@@ -16,10 +16,11 @@ from tcp.errors import UsageError
 from tcp.exact.backends import Answer, Backend, End, backend
 from tcp.exact.min_cut import violated_sets
 from tcp.exact.tiny import settle
+from tcp.exact.watch import Watch
 from tcp.heuristics.start import start_tour
 from tcp.instance import Instance
 from tcp.models.milp import FORMULATIONS, Formulation, Subtour
-from tcp.result import Outcome, Progress, Report, silent
+from tcp.result import Outcome, Report, silent
 from tcp.stop import Clock, StopReason
 
 NODES = 200
@@ -106,12 +107,12 @@ class _Search:
     """One solve: the best tour and bound, and the solver that improves them."""
 
     def __init__(self, instance: Instance, clock: Clock, report: Report, name: str, seed: int):
-        self.instance, self.clock, self.report = instance, clock, report
+        self.instance, self.clock = instance, clock
         self.solver: Backend = backend(name)(seed, GAP, self._raise)
         self.details: dict[str, object] = {"backend": name}
         self.best = start_tour(instance.form)
         self.bound = 0
-        self.told: tuple[int | None, int] | None = None
+        self.watch = Watch(clock, report)
         self.infeasible = False
         self.stopped: StopReason | None = None
 
@@ -132,11 +133,7 @@ class _Search:
 
     def _watch(self) -> StopReason | None:
         """Pass on what is new, and see whether it is time to stop."""
-        cost, bound = self.cost, self.bound
-        if (cost, bound) != self.told:
-            self.told = (cost, bound)
-            self.report(Progress(self.clock.elapsed, cost, bound))
-        return self.clock.reason(cost, bound)
+        return self.watch.look(self.cost, self.bound)
 
     def run(self, model: Formulation) -> Outcome:
         """Solve the model and say how it went."""

@@ -14,8 +14,9 @@ from ortools.sat.python import cp_model
 
 from tcp.errors import UsageError
 from tcp.exact.native import attend
+from tcp.exact.watch import Watch
 from tcp.instance import Instance
-from tcp.result import Outcome, Progress, Report
+from tcp.result import Outcome, Report
 from tcp.stop import Clock, StopReason
 
 EXACT = 2**53
@@ -52,11 +53,11 @@ class SatSearch(cp_model.CpSolverSolutionCallback):  # type: ignore[misc]
 
     def __init__(self, instance: Instance, clock: Clock, report: Report, unit: int):
         super().__init__()
-        self.instance, self.clock, self.report, self.unit = instance, clock, report, unit
+        self.instance, self.unit = instance, unit
         self.best: tuple[int, ...] | None = None
         self.cost: int | None = None
         self.bound = 0
-        self.told: tuple[int | None, int] | None = None
+        self.watch = Watch(clock, report)
 
     @abstractmethod
     def build(self) -> cp_model.CpModel:
@@ -86,11 +87,7 @@ class SatSearch(cp_model.CpSolverSolutionCallback):  # type: ignore[misc]
 
     def _watch(self) -> StopReason | None:
         """Pass on what is new, and see whether it is time to stop."""
-        cost, bound = self.cost, self.bound
-        if (cost, bound) != self.told:
-            self.told = (cost, bound)
-            self.report(Progress(self.clock.elapsed, cost, bound))
-        return self.clock.reason(cost, bound)
+        return self.watch.look(self.cost, self.bound)
 
     def solver(self, seed: int, workers: int, linearization: int) -> cp_model.CpSolver:
         """CP-SAT, set up; all randomness comes from ``seed``."""
