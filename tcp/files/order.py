@@ -20,6 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tcp.errors import InputError, UsageError
+from tcp.files.text import read_text
 from tcp.words import listed, shown
 from tcp.workpiece import Workpiece
 
@@ -27,9 +28,6 @@ Ints = NDArray[np.int64]
 Numbering = Literal["ids", "0", "1"]
 
 NUMBERINGS: tuple[Numbering, ...] = ("ids", "0", "1")
-
-MAX_BYTES = 512 * 2**20
-"""Route files beyond this are refused."""
 
 MAX_LABEL = 80
 """Longer labels are shortened in messages."""
@@ -142,7 +140,7 @@ def read_order(
     InputError
         If the file cannot be read as any of these.
     """
-    text = _read_text(Path(path))
+    text = read_text(Path(path), "route", "a route as text, CSV, JSON or TSPLIB tour")
     try:
         order = _from_file_text(text, Path(path), workpiece, numbering, column)
     except InputError as error:
@@ -150,23 +148,6 @@ def read_order(
             raise
         raise InputError(str(error), path) from None
     return replace(order, path=str(path))
-
-
-def _read_text(path: Path) -> str:
-    try:
-        with path.open("rb") as file:
-            data = file.read(MAX_BYTES + 1)
-        if len(data) > MAX_BYTES:
-            raise InputError(f"more than {MAX_BYTES >> 20} MiB; a route is smaller", path)
-    except OSError as error:
-        raise InputError(f"cannot be read: {error.strerror or error}", path) from None
-    if b"\0" in data:
-        raise InputError("is binary; expected a route as text, CSV, JSON or TSPLIB tour", path)
-    try:
-        return data.decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        line = data.count(b"\n", 0, error.start) + 1
-        raise InputError("is not UTF-8 text", path, line) from None
 
 
 def _from_file_text(

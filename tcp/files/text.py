@@ -60,6 +60,39 @@ def read_bounded(path: Path) -> bytes:
     return data
 
 
+def read_text(path: Path, what: str, form: str, most: int = MAX_BYTES) -> str:
+    """The text of a UTF-8 file of at most ``most`` bytes, without a BOM.
+
+    Parameters
+    ----------
+    path : path
+        The file.
+    what, form : str
+        What it should be, and in which form, for the messages: "route", "a route as text".
+    most : int
+        Bytes.
+
+    Raises
+    ------
+    InputError
+        If it cannot be read, is larger, binary or not UTF-8.
+    """
+    try:
+        with path.open("rb") as file:
+            data = file.read(most + 1)
+    except OSError as error:
+        raise InputError(f"cannot be read: {error.strerror or error}", path) from None
+    if len(data) > most:
+        raise InputError(f"more than {most >> 20} MiB; a {what} is smaller", path)
+    if b"\0" in data:
+        raise InputError(f"is binary; expected {form}", path)
+    try:
+        return data.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        line = data.count(b"\n", 0, error.start) + 1
+        raise InputError("is not UTF-8 text", path, line) from None
+
+
 def _line_at(data: bytes, position: int) -> int:
     before = data[:position].replace(b"\r\n", b"\n").replace(b"\r", b"\n")
     return before.count(b"\n") + 1

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from tcp.errors import InputError
+from tcp.files import text as text_file
 
 MAX_BYTES = 8 * 2**20
 MAX_DEPTH = 20
@@ -35,20 +36,7 @@ def read_text(path: Path, what: str) -> str:
     InputError
         If it cannot be read, is empty, binary or not UTF-8, or beyond the bounds.
     """
-    try:
-        with path.open("rb") as file:
-            data = file.read(MAX_BYTES + 1)
-    except OSError as error:
-        raise InputError(f"cannot be read: {error.strerror or error}", path) from None
-    if len(data) > MAX_BYTES:
-        raise InputError(f"more than {MAX_BYTES >> 20} MiB; a {what} is smaller", path)
-    if b"\0" in data:
-        raise InputError(f"is binary; expected a {what} in TOML", path)
-    try:
-        text = data.decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        line = data.count(b"\n", 0, error.start) + 1
-        raise InputError("is not UTF-8 text", path, line) from None
+    text = text_file.read_text(path, what, f"a {what} in TOML", MAX_BYTES)
     if not text.strip():
         raise InputError(f"is empty; expected a {what} in TOML", path)
     _check_bounds(text, path)
