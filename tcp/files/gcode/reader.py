@@ -124,18 +124,22 @@ class _Reader:
         else:
             self._block(words, bare)
 
+    @property
+    def section(self) -> int:
+        """The tool section that is being read."""
+        return len(self.selections) - 1
+
     def _keep(self, line: int, reason: str) -> None:
         """Keep the whole tool section as it is."""
         bare = uncommented(self.document.line(line)).strip()
         note = f"line {line + 1}: {shown(bare)} {reason}"
-        self.atomic.setdefault(len(self.selections) - 1, note)
+        self.atomic.setdefault(self.section, note)
 
     def _stubborn(self, bare: bytes, reason: str = "is not understood") -> None:
         """What is not understood keeps its section; the modes that it sets hold all the same."""
-        section = len(self.selections) - 1
-        if _WORKING.search(bare) and section not in self.uncounted:
-            self.uncounted.add(section)
-            self.atomic.pop(section, None)
+        if _WORKING.search(bare) and self.section not in self.uncounted:
+            self.uncounted.add(self.section)
+            self.atomic.pop(self.section, None)
         self._keep(self.at, reason)
         self._end_plunge()
         for mode in _MODES.findall(bare):
@@ -249,9 +253,8 @@ class _Reader:
         self.tool = self.pending = tool
         self.selections.append(Selection(tool, self.at, len(self.columns[0])))
         if self.strange:
-            section = len(self.selections) - 1
-            self.atomic[section] = next(iter(self.strange.values()))
-            self.uncounted.add(section)
+            self.atomic[self.section] = next(iter(self.strange.values()))
+            self.uncounted.add(self.section)
 
     def _end_section(self) -> None:
         """Where a tool goes after its last hole counts; a section without holes is none."""
@@ -309,7 +312,7 @@ class _Reader:
             return
         if not {"X", "Y"} & values.keys():
             if {"Z", "R"} & values.keys():
-                self.uncounted.add(len(self.selections) - 1)
+                self.uncounted.add(self.section)
                 self._stubborn(bare, "drills again where the tool stands")
             return
         if not self._place(values):
