@@ -29,6 +29,9 @@ Numbering = Literal["ids", "0", "1"]
 
 NUMBERINGS: tuple[Numbering, ...] = ("ids", "0", "1")
 
+MAX_BYTES = 512 * 2**20
+"""Route files beyond this are refused."""
+
 MAX_LABEL = 80
 """Longer labels are shortened in messages."""
 
@@ -140,7 +143,8 @@ def read_order(
     InputError
         If the file cannot be read as any of these.
     """
-    text = read_text(Path(path), "route", "a route as text, CSV, JSON or TSPLIB tour")
+    form = "a route as text, CSV, JSON or TSPLIB tour"
+    text = read_text(Path(path), "route", form, MAX_BYTES)
     try:
         order = _from_file_text(text, Path(path), workpiece, numbering, column)
     except InputError as error:

@@ -60,7 +60,7 @@ def read_bounded(path: Path) -> bytes:
     return data
 
 
-def read_text(path: Path, what: str, form: str, most: int = MAX_BYTES) -> str:
+def read_text(path: Path, what: str, form: str, most: int) -> str:
     """The text of a UTF-8 file of at most ``most`` bytes, without a BOM.
 
     Parameters
