@@ -57,18 +57,34 @@ def cached(**options: Any) -> Callable[[Callable[..., Any]], Any]:
 kernel = cached()
 """Decorator of a kernel whose errors Python shall see."""
 
-formula = cached(error_model="numpy", no_cfunc_wrapper=True)
-"""The same with numpy's error model, without which every division could raise."""
+lean = cached(_nrt=False)
+"""The same for kernels that make no arrays.
 
-compiled = cached(nogil=True, error_model="numpy", no_cfunc_wrapper=True)
-"""The same without the interpreter lock: for threads."""
+numba counts references to every array that a call or a tuple hands on, by atomic operations,
+which cost more than the few sums of an inner loop (the price of a move took 50 ns instead of 3).
+A lean kernel counts none: what called it holds the arrays.  numba refuses to compile one that
+makes an array; none may return one.
+"""
 
-inner = cached(nogil=True, error_model="numpy", no_cfunc_wrapper=True, no_cpython_wrapper=True)
+formula = cached(_nrt=False, error_model="numpy", no_cfunc_wrapper=True)
+"""A lean kernel with numpy's error model, without which every division could raise."""
+
+allocating = cached(nogil=True, error_model="numpy", no_cfunc_wrapper=True)
+"""A kernel without the interpreter lock, for threads, that makes arrays."""
+
+compiled = cached(_nrt=False, nogil=True, error_model="numpy", no_cfunc_wrapper=True)
+"""A lean kernel without the interpreter lock."""
+
+inner = cached(
+    _nrt=False, nogil=True, error_model="numpy", no_cfunc_wrapper=True, no_cpython_wrapper=True
+)
 """The same for kernels that only other kernels call.
 
 They have no entry for Python, which saves a tenth of the time to compile: calling one from there
 ends the process.
 """
 
-inlined = cached(nogil=True, error_model="numpy", no_cfunc_wrapper=True, forceinline=True)
+inlined = cached(
+    _nrt=False, nogil=True, error_model="numpy", no_cfunc_wrapper=True, forceinline=True
+)
 """The same for the smallest and most called ones, which LLVM must copy into their callers."""

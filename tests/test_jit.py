@@ -3,18 +3,23 @@
 from __future__ import annotations
 
 import ast
+import importlib
 import os
 import shutil
 import subprocess
 import sys
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
+import numpy as np
 import pytest
 from numba.core import caching
+from numba.core.errors import TypingError
 
 import tcp
 from tcp import jit
+from tcp.heuristics.local_search import warm_up
 
 PACKAGE = Path(tcp.__file__).parent
 CALL = "from tcp.call import call; print(call(1), sum(call.stats.cache_hits.values()))"
@@ -90,7 +95,16 @@ def test_where_no_cache_can_be_written_kernels_are_compiled_in_memory(monkeypatc
 
 
 def kernels(tree: ast.Module) -> Iterator[ast.FunctionDef]:
-    decorators = {"kernel", "formula", "compiled", "inner", "inlined", "cached"}
+    decorators = {
+        "kernel",
+        "lean",
+        "formula",
+        "allocating",
+        "compiled",
+        "inner",
+        "inlined",
+        "cached",
+    }
     for node in tree.body:
         if isinstance(node, ast.FunctionDef) and decorators & {
             name.id
@@ -139,3 +153,37 @@ def test_a_name_from_elsewhere_in_a_kernel_is_seen():
         "@kernel\ndef f(k):\n    return k + QUANTUM\n"
     )
     assert strangers(source, {"tcp.jit"}) == {"QUANTUM"}
+
+
+def lean_kernels() -> Iterator[tuple[str, Any]]:
+    """Every kernel that counts no references, by its full name."""
+    for path in sorted(PACKAGE.rglob("*.py")):
+        if b"from tcp.jit import" not in path.read_bytes() or path.name == "jit.py":
+            continue
+        module = importlib.import_module(
+            ".".join(path.relative_to(PACKAGE.parent).with_suffix("").parts)
+        )
+        for name, value in vars(module).items():
+            options = getattr(value, "targetoptions", {})
+            if options.get("_nrt") is False and value.__module__ == module.__name__:
+                yield f"{module.__name__}.{name}", value
+
+
+def test_lean_kernels_return_no_arrays():
+    """What called a lean kernel holds the arrays; one it returned would be freed too early."""
+    warm_up()
+    compiled = {name: kernel.nopython_signatures for name, kernel in lean_kernels()}
+    assert len(compiled) > 50
+    assert compiled["tcp.heuristics.local_search.kicks.kick_and_repair"]
+    for name, signatures in compiled.items():
+        for signature in signatures:
+            assert "array" not in str(signature.return_type).lower(), name
+
+
+def test_numba_refuses_a_lean_kernel_that_makes_an_array():
+    @jit.lean
+    def make(n):
+        return np.zeros(n)[0]
+
+    with pytest.raises(TypingError, match="zeros"):
+        make(3)

@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from tcp.jit import kernel
+from tcp.jit import kernel, lean
 from tcp.kernels import cost_of_move
 from tcp.travel import Ints
 
@@ -64,7 +64,7 @@ def _split(x: Ints, y: Ints, order: Ints, first: Ints, last: Ints, box: Any) -> 
             first[2 * k + 2], last[2 * k + 2] = middle, b
 
 
-@kernel
+@lean
 def _root(up: Ints, i: int) -> int:
     while up[i] != i:
         up[i] = up[up[i]]
@@ -72,7 +72,7 @@ def _root(up: Ints, i: int) -> int:
     return i
 
 
-@kernel
+@lean
 def _join(up: Ints, i: int, j: int) -> bool:
     """Unite the components of two nodes; False if they are one already."""
     a, b = _root(up, i), _root(up, j)
@@ -82,7 +82,7 @@ def _join(up: Ints, i: int, j: int) -> bool:
     return True
 
 
-@kernel
+@lean
 def _summarise(
     first: Ints, last: Ints, order: Ints, value: Ints, group: Ints, top: Ints, own: Ints
 ) -> None:
@@ -100,7 +100,7 @@ def _summarise(
                     own[k] = -1
 
 
-@kernel
+@lean
 def _nearest(
     i: int, best: int, rule: Ints, scale: int, x: Ints, y: Ints, value: Ints, group: Ints,
     first: Ints, last: Ints, order: Ints, box: Any, top: Ints, own: Ints, stack: Ints, bans: Ints,
@@ -131,7 +131,7 @@ def _nearest(
     return best, found
 
 
-@kernel
+@lean
 def _reach(
     i: int, k: int, rule: Ints, scale: int, x: Ints, y: Ints, value: Ints, box: Any, top: Ints
 ) -> int:
@@ -141,7 +141,7 @@ def _reach(
     return scale * cost_of_move(rule, dx, dy) - value[i] - top[k]
 
 
-@kernel
+@lean
 def _banned(bans: Ints, key: int) -> bool:
     at = np.searchsorted(bans, key)
     return at < bans.size and bans[at] == key

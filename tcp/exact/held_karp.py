@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from tcp.exact.tiny import settle
 from tcp.heuristics.start import start_tour
 from tcp.instance import Instance, TourForm
-from tcp.jit import kernel
+from tcp.jit import lean
 from tcp.result import Outcome, Progress, Report
 from tcp.stop import Clock
 from tcp.travel import Ints
@@ -156,7 +156,7 @@ class _Programme:
         raise AssertionError("the table does not explain itself")
 
 
-@kernel
+@lean
 def _fill(
     table: Table, costs: Table, begin: Table, partners: Ints, infinity: int, low: int, high: int
 ) -> None:

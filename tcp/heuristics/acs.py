@@ -28,7 +28,7 @@ from tcp.heuristics.orders import (
     search,
 )
 from tcp.instance import Instance
-from tcp.jit import kernel
+from tcp.jit import kernel, lean
 from tcp.result import Outcome, Report
 from tcp.stop import Clock
 from tcp.travel import Ints
@@ -159,7 +159,7 @@ def _iterations(
     return steps
 
 
-@kernel
+@lean
 def _choose(rng: Generator, tau: Floats, visible: Floats, left: Ints, count: int, q0: float) -> int:
     """Place in ``left`` of the next hole: greedy with probability q0, else in proportion."""
     total = 0.0
@@ -181,7 +181,7 @@ def _choose(rng: Generator, tau: Floats, visible: Floats, left: Ints, count: int
     return best
 
 
-@kernel
+@lean
 def _lay(tau: Floats, p: int, q: int, rho: float, strength: float) -> None:
     """Pheromone on a leg; both ways, except that the depot's two sides are different legs."""
     tau[p, q] += rho * (strength - tau[p, q])

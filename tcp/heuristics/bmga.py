@@ -51,7 +51,7 @@ from tcp.heuristics.orders import TRIVIAL, Orders, below, enumerate_all, length,
 from tcp.heuristics.selection import rank, spin, spin_up
 from tcp.heuristics.substrates import join, substrates
 from tcp.instance import MATRIX_LIMIT, Instance
-from tcp.jit import kernel
+from tcp.jit import kernel, lean
 from tcp.result import Outcome, Progress, Report
 from tcp.rules import Balance, unbalanced
 from tcp.stop import Clock, StopReason
@@ -372,7 +372,7 @@ def _near_paths(rng: Generator, legs: Ints, genes: Genes, count: int, knn: int) 
             here = near[choice]
 
 
-@kernel
+@lean
 def _value(order: Genes, legs: Ints, x: Floats, y: Floats, limits: Floats, price: Ints) -> int:
     """Step 2: travel, unbalanced windows and runs along one axis, as one price."""
     m = len(order)
@@ -400,7 +400,7 @@ def _value(order: Genes, legs: Ints, x: Floats, y: Floats, limits: Floats, price
     return total
 
 
-@kernel
+@lean
 def _evaluate(
     legs: Ints, x: Floats, y: Floats, limits: Floats, price: Ints,
     genes: Genes, costs: Ints, count: int,
@@ -431,7 +431,7 @@ def _generations(
         rank(costs, slots, 2 * population)  # Step 5
 
 
-@kernel
+@lean
 def _choose(rng: Generator, mask: Marks, uniform: bool, points: int) -> None:
     """Which genes come from the first parent: each by a coin, or alternate stretches."""
     m = len(mask)
@@ -447,7 +447,7 @@ def _choose(rng: Generator, mask: Marks, uniform: bool, points: int) -> None:
             mask[k] = not mask[k]
 
 
-@kernel
+@lean
 def _cross(genes: Genes, one: int, two: int, child: int, mask: Marks, used: Marks) -> None:
     """The masked genes of the first parent in place, the others in the second's sequence."""
     m = len(mask)
@@ -467,7 +467,7 @@ def _cross(genes: Genes, one: int, two: int, child: int, mask: Marks, used: Mark
             at += 1
 
 
-@kernel
+@lean
 def _reverse(rng: Generator, order: Genes) -> None:
     """Mutation: the path between two random points runs the other way."""
     a, b = below(rng, len(order)), below(rng, len(order))

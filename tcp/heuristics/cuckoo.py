@@ -50,7 +50,7 @@ from tcp.heuristics.orders import (
     search,
 )
 from tcp.instance import Instance
-from tcp.jit import kernel
+from tcp.jit import kernel, lean
 from tcp.result import Outcome, Report
 from tcp.stop import Clock
 from tcp.travel import Ints
@@ -171,7 +171,7 @@ def _behind_longest(sequence: Ints, legs: Ints) -> Ints:
     return np.roll(sequence, -1 - int(closed.argmax()))
 
 
-@kernel
+@lean
 def _fitness(sequence: Ints, legs: Ints, cut: bool) -> int:
     """Pseudocode 3, or the open path's cost."""
     if not cut:
@@ -186,7 +186,7 @@ def _fitness(sequence: Ints, legs: Ints, cut: bool) -> int:
     return total - longest
 
 
-@kernel
+@lean
 def _levy(rng: Generator, beta: float, sigma: float) -> float:
     """Equations (11) and (12): Mantegna's u / |v|^(1/beta)."""
     u = sigma * rng.standard_normal()
@@ -194,13 +194,13 @@ def _levy(rng: Generator, beta: float, sigma: float) -> float:
     return u / v ** (1.0 / beta)
 
 
-@kernel
+@lean
 def _limit(value: float) -> float:
     """The sign and the decimal part: back into (-1, 1)."""
     return value if -1.0 < value < 1.0 else np.fmod(value, 1.0)
 
 
-@kernel
+@lean
 def _lay(
     egg: Floats,
     nest: int,

@@ -53,7 +53,7 @@ from tcp.heuristics.orders import (
     search,
 )
 from tcp.instance import Instance
-from tcp.jit import kernel
+from tcp.jit import kernel, lean
 from tcp.result import Outcome, Report
 from tcp.stop import Clock
 from tcp.travel import Ints
@@ -186,7 +186,7 @@ def _iterations(
     return steps
 
 
-@kernel
+@lean
 def _move(
     rng: Generator, one: Ints, other: Ints, beta0: float, beta_min: float, gamma: float,
     noise: float, value: Floats,

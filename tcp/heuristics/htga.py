@@ -57,7 +57,7 @@ from tcp.heuristics.orders import (
 )
 from tcp.heuristics.selection import rank, spin, spin_up
 from tcp.instance import Instance
-from tcp.jit import kernel
+from tcp.jit import kernel, lean
 from tcp.result import Outcome, Report
 from tcp.stop import Clock
 from tcp.travel import Ints
@@ -170,7 +170,7 @@ def _check(np: int, no: float, cr: float, mr: float, gn: int, crossover: str, ta
         raise UsageError(f"htga knows the crossovers {', '.join(CROSSOVERS)}, not {crossover!r}")
 
 
-@kernel
+@lean
 def _initialise(
     rng: Generator, legs: Ints, genes: Genes, times: Ints, slots: Ints, population: int
 ) -> None:
@@ -250,7 +250,7 @@ def _generations(
     return steps
 
 
-@kernel
+@lean
 def _equal(a: Genes, b: Genes) -> bool:
     for k in range(len(a)):  # noqa: SIM110 (numba compiles no generator expression)
         if a[k] != b[k]:
@@ -258,7 +258,7 @@ def _equal(a: Genes, b: Genes) -> bool:
     return True
 
 
-@kernel
+@lean
 def _select(
     rng: Generator, genes: Genes, times: Ints, slots: Ints, wheel: Floats
 ) -> tuple[int, int]:
@@ -272,7 +272,7 @@ def _select(
     return first, second
 
 
-@kernel
+@lean
 def _pass(genes: Genes, times: Ints, parent: int, child: int) -> None:
     """An offspring that is its parent."""
     times[child] = times[parent]
@@ -280,7 +280,7 @@ def _pass(genes: Genes, times: Ints, parent: int, child: int) -> None:
         genes[child, k] = genes[parent, k]
 
 
-@kernel
+@lean
 def _cross(
     rng: Generator, legs: Ints, genes: Genes, times: Ints, first: int, second: int, child: int,
     stamp: Ints, crossover: int,
@@ -337,7 +337,7 @@ def _taguchi(
     return best
 
 
-@kernel
+@lean
 def _mix(levels: Levels, one: Genes, two: Genes, trial: Genes, stamp: Ints, mark: int) -> None:
     """One run of the array, repaired to a legal chromosome; ``stamp`` marks used genes."""
     m = len(one)
@@ -362,7 +362,7 @@ def _mix(levels: Levels, one: Genes, two: Genes, trial: Genes, stamp: Ints, mark
             doubled -= 1
 
 
-@kernel
+@lean
 def _mutate(rng: Generator, order: Genes, legs: Ints) -> int:
     """Step 6: the best of the 3! arrangements of three random genes; returns the gain <= 0."""
     m = len(order)
@@ -384,7 +384,7 @@ def _mutate(rng: Generator, order: Genes, legs: Ints) -> int:
     return best - now
 
 
-@kernel
+@lean
 def _around(order: Genes, i: int, j: int, k: int, legs: Ints) -> int:
     """Cost of the legs that touch three places, each leg once."""
     m = len(order)
@@ -421,7 +421,7 @@ def _eliminate(genes: Genes, times: Ints, slots: Ints, end: int, distinct: bool)
         slots[k] = copies[k - kept]
 
 
-@kernel
+@lean
 def _copy(genes: Genes, times: Ints, one: int, slots: Ints, kept: int) -> bool:
     """Whether a chromosome equals one of the kept ones of its TR."""
     k = kept - 1

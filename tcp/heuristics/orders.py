@@ -21,7 +21,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from tcp.instance import Instance
-from tcp.jit import kernel
+from tcp.jit import lean
 from tcp.result import Outcome, Progress, Report
 from tcp.stop import Clock, StopReason
 from tcp.travel import SAFE, Ints
@@ -159,7 +159,7 @@ def _priced(instance: Instance) -> tuple[Ints, int]:
     return full, penalty
 
 
-@kernel
+@lean
 def length(order: Ints, legs: Ints) -> int:
     """Cost of an order: from the depot through all holes and back to it."""
     m = len(order)
@@ -169,13 +169,13 @@ def length(order: Ints, legs: Ints) -> int:
     return total
 
 
-@kernel
+@lean
 def below(rng: np.random.Generator, n: int) -> int:
     """A random number of 0 .. n-1 (n far below 2^53; compiles and runs faster than integers)."""
     return int(rng.random() * n)
 
 
-@kernel
+@lean
 def shuffle(rng: np.random.Generator, order: Ints) -> None:
     """A uniformly random order, in place (Fisher-Yates)."""
     for k in range(len(order) - 1, 0, -1):

@@ -38,7 +38,7 @@ from tcp.heuristics.orders import (
     search,
 )
 from tcp.instance import Instance
-from tcp.jit import kernel
+from tcp.jit import kernel, lean
 from tcp.result import Outcome, Report
 from tcp.stop import Clock
 from tcp.travel import Ints
@@ -187,7 +187,7 @@ def _iterations(
     return steps
 
 
-@kernel
+@lean
 def _decode(keys: Floats, sequence: Ints) -> None:
     """Holes in ascending order of their keys, from whatever order ``sequence`` is in."""
     for k in range(1, len(keys)):
@@ -199,7 +199,7 @@ def _decode(keys: Floats, sequence: Ints) -> None:
         sequence[at] = hole
 
 
-@kernel
+@lean
 def _same(one: Ints, two: Ints) -> bool:
     for k in range(len(one)):  # noqa: SIM110 (numba compiles no generator expression)
         if one[k] != two[k]:

@@ -6,13 +6,13 @@ import numpy as np
 from numpy.random import Generator
 from numpy.typing import NDArray
 
-from tcp.jit import kernel
+from tcp.jit import lean
 from tcp.travel import Ints
 
 Floats = NDArray[np.float64]
 
 
-@kernel
+@lean
 def spin_up(times: Ints, slots: Ints, population: int, wheel: Floats) -> None:
     """The cumulative shares of the parents: each in proportion to 1 over its time (or cost)."""
     total = 0.0
@@ -21,7 +21,7 @@ def spin_up(times: Ints, slots: Ints, population: int, wheel: Floats) -> None:
         wheel[k] = total
 
 
-@kernel
+@lean
 def spin(rng: Generator, wheel: Floats) -> int:
     """The first parent whose cumulative probability exceeds a random number."""
     at = rng.random() * wheel[-1]
@@ -35,7 +35,7 @@ def spin(rng: Generator, wheel: Floats) -> int:
     return low
 
 
-@kernel
+@lean
 def rank(times: Ints, slots: Ints, end: int) -> None:
     """Sort ``slots[:end]`` by time; stable, and quick where the first NP are sorted already."""
     for k in range(1, end):

@@ -31,7 +31,7 @@ from tcp.exact.branch_and_cut.teeth import (
     positions,
     traced,
 )
-from tcp.jit import cached, kernel
+from tcp.jit import cached, lean
 from tcp.travel import Ints
 
 MOST = 80
@@ -212,7 +212,7 @@ def _search(
     return violation, handle_ptr, handles[:filled], tooth_ptr, chosen[:rows]
 
 
-@kernel
+@lean
 def _toggled(switches: Ints, count: int, v: int, size: int, out: Ints) -> int:
     """The switches after position v changes sides; returns their number."""
     filled = 0
@@ -245,7 +245,7 @@ def _toggled(switches: Ints, count: int, v: int, size: int, out: Ints) -> int:
     return filled
 
 
-@kernel
+@lean
 def _flip_gain(graph: Graph, inside: Flags, v: int) -> float:
     """Change of x(delta(H)) if position v changes sides."""
     held, total = 0.0, 0.0
@@ -256,7 +256,7 @@ def _flip_gain(graph: Graph, inside: Flags, v: int) -> float:
     return 2.0 * held - total if inside[v] else total - 2.0 * held
 
 
-@kernel
+@lean
 def _begin(graph: Graph, handle: Handle, held: int) -> tuple[float, int]:
     """x(delta(H)) of the handle as it stands, and the number of its switches, listed in ``now``."""
     delta, count = 0.0, np.int64(0)
@@ -274,7 +274,7 @@ def _begin(graph: Graph, handle: Handle, held: int) -> tuple[float, int]:
     return delta, count
 
 
-@kernel
+@lean
 def _best_move(
     graph: Graph,
     teeth: Teeth,
@@ -313,7 +313,7 @@ def _best_move(
     return value, move
 
 
-@kernel
+@lean
 def climb(
     graph: Graph, teeth: Teeth, handle: Handle, held: int, steps: int, start: int, room: Room
 ) -> tuple[float, int, int, int]:
@@ -349,7 +349,7 @@ def climb(
     return record, switches, moved, kept
 
 
-@kernel
+@lean
 def _listed(members: Ints, held: int, v: int, joins: bool) -> int:
     """Enter v in the list of members or strike it off; returns their number."""
     if joins:

@@ -20,7 +20,7 @@ import numpy as np
 
 from tcp.exact.branch_and_cut.cuts import Family
 from tcp.exact.branch_and_cut.problem import Geometry, Problem, edge_cost
-from tcp.jit import cached, kernel
+from tcp.jit import cached, kernel, lean
 from tcp.travel import Ints
 
 
@@ -137,7 +137,7 @@ def _listed(
     return rc
 
 
-@kernel
+@lean
 def _all_pairs(
     geometry: Geometry,
     scale: int,

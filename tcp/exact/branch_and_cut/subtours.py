@@ -17,7 +17,7 @@ import numpy as np
 from tcp.exact.branch_and_cut.cuts import Cut, adjacency_lists, smaller_side
 from tcp.exact.branch_and_cut.proof import Floats
 from tcp.exact.branch_and_cut.support import Support, components, find, groups
-from tcp.jit import kernel
+from tcp.jit import kernel, lean
 from tcp.travel import Ints
 
 VIOLATION = 1e-4
@@ -179,7 +179,7 @@ def _note_degrees(
             found.append(_members(size, root, representative[v]))
 
 
-@kernel
+@lean
 def _lean(
     count: int, ptr: Ints, other: Ints, edge: Ints, w: Floats, root: Ints, representative: Ints
 ) -> bool:

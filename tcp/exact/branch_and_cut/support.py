@@ -8,7 +8,7 @@ import numpy as np
 
 from tcp.exact.branch_and_cut.cuts import adjacency_lists
 from tcp.exact.branch_and_cut.proof import Floats
-from tcp.jit import kernel
+from tcp.jit import kernel, lean
 from tcp.travel import Ints
 
 EPSILON = 1e-7
@@ -72,7 +72,7 @@ def components(size: int, i: Ints, j: Ints) -> Ints:
     return label
 
 
-@kernel
+@lean
 def find(root: Ints, v: int) -> int:
     """Representative in a union-find forest, halving paths on the way."""
     while root[v] != v:

@@ -21,7 +21,7 @@ import numpy as np
 from tcp.exact.branch_and_cut.cuts import adjacency_lists
 from tcp.exact.branch_and_cut.proof import Floats
 from tcp.exact.branch_and_cut.support import Support
-from tcp.jit import kernel
+from tcp.jit import kernel, lean
 from tcp.travel import Ints
 
 LONGEST = 40
@@ -161,7 +161,7 @@ def _light(graph: Graph, longest: int, light: float) -> tuple[Ints, Ints, Floats
     return ends, start[:filled], value[:filled]
 
 
-@kernel
+@lean
 def best_teeth(switches: Ints, teeth: Teeth, room: Room) -> float:
     """Least sum of weights of an odd family of disjoint intervals, each around a switch.
 

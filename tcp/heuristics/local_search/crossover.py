@@ -21,13 +21,13 @@ import numpy as np
 
 from tcp.heuristics.local_search.ground import price
 from tcp.heuristics.local_search.kicks import draw
-from tcp.jit import compiled, inner
+from tcp.jit import allocating, inner
 
 KNOWN = 10
 """Most different neighbours of a node that are counted in a population."""
 
 
-@compiled
+@allocating
 def mate(
     costs: Any,
     near: Any,
@@ -89,7 +89,7 @@ def write_tour(link: Any, order: Any) -> None:
         last, v = v, (link[v, 0] if link[v, 0] != last else link[v, 1])
 
 
-@compiled
+@allocating
 def ab_cycles(order: Any, pos: Any, other: Any, other_pos: Any, random: Any) -> Any:
     """All AB-cycles, at random where there is a choice: their edges, and where each starts.
 
@@ -383,7 +383,7 @@ def count_of(counts: Any, u: int, v: int) -> int:
     return np.int64(0)
 
 
-@compiled
+@allocating
 def census(orders: Any) -> Any:
     """Which neighbours a node has in the tours, and in how many: (neighbour, number) lists."""
     members, n = orders.shape

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from tcp.heuristics.local_search.ground import MATRIX, Ground, price
 from tcp.instance import TourForm
-from tcp.jit import compiled, inner
+from tcp.jit import allocating, inner
 from tcp.travel import CostRule, Ints, Kind
 
 GRID_BITS = 20
@@ -58,7 +58,7 @@ def hilbert_order(form: TourForm) -> Ints:
     return np.argsort(keys, kind="stable")
 
 
-@compiled
+@allocating
 def _hilbert_keys(x: Any, y: Any, bits: int) -> Any:
     """Position of each cell on the curve (Skilling's rotations, two dimensions)."""
     keys = np.empty(x.size, np.int64)
@@ -133,7 +133,7 @@ def near_nodes(
     return near, dist
 
 
-@compiled
+@allocating
 def _pick(costs: Any, low: int, found: Any, near: Any, dist: Any, balance: int) -> None:
     """Fill the lists of the nodes from ``low`` on out of what was found around them.
 

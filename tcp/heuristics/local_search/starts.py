@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from tcp.heuristics.local_search.ground import MATRIX, Ground, Small, price
 from tcp.heuristics.local_search.neighbours import points
-from tcp.jit import compiled, inner
+from tcp.jit import allocating, compiled, inner
 from tcp.travel import Ints
 
 FEW = 12
@@ -102,7 +102,7 @@ def _joints(g: Ground, loose: Ints, root: Small) -> tuple[Ints, Ints, Ints]:
     return u, v, _prices(g.costs, u, v)
 
 
-@compiled
+@allocating
 def _prices(costs: Any, u: Any, v: Any) -> Any:
     found = np.empty(u.size, np.int64)
     for k in range(u.size):
@@ -118,7 +118,7 @@ def _root(root: Any, v: int) -> int:
     return v
 
 
-@compiled
+@allocating
 def _roots(root: Any, nodes: Any) -> Any:
     found = np.empty(nodes.size, np.int64)
     for k in range(nodes.size):
@@ -141,7 +141,7 @@ def _link(links: Any, root: Any, u: Any, v: Any) -> None:
         links[b, 0 if links[b, 0] < 0 else 1] = a
 
 
-@compiled
+@allocating
 def _walk(links: Any) -> Any:
     """The order of nodes along the one path that is left (a lone virtual node comes last)."""
     n = links.shape[0]
@@ -169,7 +169,7 @@ def _walk(links: Any) -> Any:
     return order
 
 
-@compiled
+@allocating
 def _with_forced(mates: Any, order: Any) -> Any:
     n = order.size
     out = np.empty(n, np.int32)
