@@ -59,6 +59,8 @@ SAME = {
     "trailing delimiters": "id,x,y\nA,0.5,2,,\nB,-3,2.25,\n",
     "trailing delimiters without header": "A,0.5,2,\nB,-3,2.25,\n",
     "units in a comment": "# units: mm\nid,x,y\nA,0.5,2\nB,-3,2.25\n",
+    "a sign for number as heading": "#,y,x\nA,2,0.5\nB,2.25,-3\n",
+    "a header that is a comment": "# from a lathe, x and y\n# y  x id\n2 0.5 A\n2.25 -3 B\n",
 }
 
 
@@ -92,6 +94,7 @@ def test_ids_are_row_numbers_where_there_are_none(tmp_path):
         ("x,y,units\n1,0.5,inch\n2,3,IN\n", {}),
         ("x,y,dia (inch)\n1,0.5,0.04\n", {"units": "inch"}),
         ("x_in,y,dia (inch)\n1,0.5,0.04\n", {}),
+        ("#;x_in;y_in;dia\n1;1;0.5;0.04\n", {}),
     ],
 )
 def test_inches_are_exact(tmp_path, text, options):

@@ -2,10 +2,11 @@
 
 Accepted: comma, semicolon, tab or blanks between columns; a header or none
 (then the columns are x, y or id, x, y); a BOM; CRLF; lines of comment with
-``#``; decimal comma where the comma does not separate columns; further columns
-(ignored, with a note); units mm or inch, by header (``x_mm``, ``X [inch]``), by
-a comment ``# units: inch``, a column or a flag.  Columns by name, in any order: id,
-x, y, diameter, tool, unit.  What could be read in two ways is refused.
+``#``, one of which may be the header; decimal comma where the comma does not
+separate columns; further columns (ignored, with a note); units mm or inch, by
+header (``x_mm``, ``X [inch]``), by a comment ``# units: inch``, a column or a
+flag.  Columns by name, in any order: id, x, y, diameter, tool, unit.  What could
+be read in two ways is refused.
 """
 
 from __future__ import annotations
@@ -50,7 +51,7 @@ def read(path: str | Path, *, units: str | None = None) -> Reading:
     path = Path(path)
     lines = read_lines(path)
     number, first = _first_row(lines, path)
-    layout = layout_of(first, path, number)
+    layout = layout_of(first, path, number, lines[: number - 1])
     comment = unit_comment(lines, path)
     table = _Table(layout, path)
     table.fill(lines, number if layout.header else number - 1)

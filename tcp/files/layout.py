@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import csv
 import re
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from tcp.errors import InputError
@@ -42,8 +42,15 @@ class Layout:
     ignored: tuple[str, ...] = ()
 
 
-def layout_of(row: str, path: Path, line: int) -> Layout:
+def layout_of(row: str, path: Path, line: int, comments: Sequence[str] = ()) -> Layout:
     """The layout that a table's first row shows, a header or not.
+
+    Parameters
+    ----------
+    row, path, line
+        The row, and where it stands.
+    comments : sequence of str
+        The lines before it: one of them may be the header, as in ``#,x,y`` or ``# x y``.
 
     Raises
     ------
@@ -56,14 +63,27 @@ def layout_of(row: str, path: Path, line: int) -> Layout:
     except InputError as error:
         raise InputError(str(error), path, line) from None
     if any(_is_number(cell, delimiter) for cell in cells):
+        while len(cells) > 2 and not cells[-1]:
+            cells = cells[:-1]
+        for number, names in _commented(comments, delimiter, len(cells)):
+            return replace(_namedlayout_of(delimiter, names, path, number), header=False)
         return _barelayout_of(delimiter, cells, path, line)
     return _namedlayout_of(delimiter, cells, path, line)
 
 
+def _commented(
+    comments: Sequence[str], delimiter: str | None, width: int
+) -> Iterator[tuple[int, list[str]]]:
+    """Line and cells of comments that name x, y and so many columns; ``#`` may be one of them."""
+    for number, comment in enumerate(comments, 1):
+        for text in (comment, comment.lstrip().removeprefix("#")):
+            cells = [cell.strip() for cell in text.split(delimiter)]
+            if len(cells) == width and {"x", "y"} <= {_heading(cell)[0] for cell in cells}:
+                yield number, cells
+
+
 def _barelayout_of(delimiter: str | None, cells: list[str], path: Path, line: int) -> Layout:
     """Columns of a file without a header: nothing is guessed beyond x, y and id, x, y."""
-    while len(cells) > 2 and not cells[-1]:
-        cells = cells[:-1]
     if len(cells) not in (2, 3):
         count = "1 column" if len(cells) == 1 else f"{len(cells)} columns"
         raise InputError(
