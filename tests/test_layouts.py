@@ -46,7 +46,11 @@ def test_kicad_pads_and_vias(tmp_path):
         ("(kicad_pcb (via (at 1 x) (drill 1)))", "not understood"),
         ("(kicad_pcb (via (at 0 2444444444444) (drill 0.4)))", "beyond any workpiece"),
         ("(" * 1000, "no S-expression"),
-        ("", "cut off"),
+        ("", "the file is empty"),
+        ("(kicad_pcb) (kicad_pcb)", "expected one list"),
+        ("(kicad_pcb (via (at 1 2) (drill -1)))", "a drill of '-1' mm"),
+        ("(kicad_pcb (via (at 1 2) (drill 0)))", "has no drill"),
+        ('(kicad_pcb (footprint "" (pad "" thru_hole circle (at 1 2) (drill 0))))', "no drilled"),
     ],
 )
 def test_bad_kicad_boards(tmp_path, text, said):
@@ -54,6 +58,19 @@ def test_bad_kicad_boards(tmp_path, text, said):
     path.write_text(text)
     with pytest.raises(InputError, match=said):
         files.read(path)
+
+
+def test_vias_that_do_not_go_through_are_tools_of_their_own(tmp_path):
+    kinds = {"blind": '"F.Cu" "In1.Cu"', "micro": '"F.Cu" "In1.Cu"', "": '"F.Cu" "B.Cu"'}
+    vias = [
+        f"(via {kind} (at {i} 0) (drill 0.3) (layers {layers}))"
+        for i, (kind, layers) in enumerate(kinds.items())
+    ]
+    path = tmp_path / "b.kicad_pcb"
+    path.write_text(f"\ufeff(kicad_pcb {' '.join(vias)})", encoding="utf-8")
+    reading = files.read(path)
+    assert [float(reading.workpiece.hole(i).x) for i in range(len(reading.workpiece))] == [0, 1]
+    assert "T1 (2) 0.3 mm F.Cu to In1.Cu, T2 (1) 0.3 mm plated" in reading.notes[-1]
 
 
 def test_dxf_circles_and_points(tmp_path):

@@ -1,5 +1,8 @@
 """Drilled holes of a KiCad board (``.kicad_pcb``): pads and vias, plated or not.
 
+Vias that do not go through the board are drilled by themselves, one pair of
+layers after the other; they make tools of their own.
+
 The file is an S-expression.  A pad's position is turned with its footprint;
 turns by quarters are exact, others are rounded to KiCad's nanometre.  Y is
 turned up, as in KiCad's own drill files.
@@ -18,7 +21,7 @@ from tcp.errors import InputError, TcpError
 from tcp.files.layered import STEP, Drill, reading
 from tcp.files.reading import Reading
 from tcp.files.text import read_bounded
-from tcp.words import counted
+from tcp.words import counted, shown
 from tcp.workpiece import exact_decimal
 
 _TOKEN = re.compile(r'\s*(?:([()])|"((?:[^"\\]|\\.)*)"|([^\s()"]+))')
@@ -38,9 +41,11 @@ def read(path: Path, *, units: str | None = None, tool: str | int | None = None)
     if units == "inch":
         raise InputError("KiCad boards are in mm; drop --units", path)
     try:
-        text = read_bounded(path).decode("utf-8")
+        text = read_bounded(path).decode("utf-8-sig")
     except UnicodeDecodeError:
         raise InputError("is not UTF-8 text; expected a KiCad board", path) from None
+    if not text.strip():
+        raise InputError("the file is empty; expected a KiCad board", path)
     board = _parse(text, path)
     if not board or board[0] != "kicad_pcb":
         raise InputError("is no KiCad board; expected (kicad_pcb ...)", path)
@@ -71,9 +76,11 @@ def _parse(text: str, path: Path) -> Node:
             stack[-1].append(done)
         else:
             stack[-1].append(found[3] if found[2] is None else found[2])
-    if len(stack) != 1 or len(stack[0]) != 1 or not isinstance(stack[0][0], list):
+    if len(stack) != 1:
         raise InputError("is cut off: a bracket is not closed", path)
-    board: Node = stack[0][0]
+    board = stack[0][0]
+    if len(stack[0]) != 1 or not isinstance(board, list):
+        raise InputError("is no KiCad board; expected one list (kicad_pcb ...)", path)
     return board
 
 
@@ -92,10 +99,10 @@ def _drills(board: Node) -> Iterator[tuple[Drill, bool]]:
         at, drill, net = _child(via, "at"), _child(via, "drill"), _child(via, "net")
         if at is None:
             continue
-        size = drill[1] if drill is not None else usual.get(str(net[1]) if net else "")
+        size = drill[1] if drill and _mm(drill[1]) else usual.get(str(net[1]) if net else "")
         if size is None:
             raise InputError(f"the via at {at[1]} {at[2]} has no drill, nor has its net class")
-        yield Drill(_nm(at[1]), -_nm(at[2]), _mm(size), "plated"), False
+        yield Drill(_nm(at[1]), -_nm(at[2]), _diameter(size), _depth(via)), False
     for name in ("footprint", "module"):
         for footprint in _children(board, name):
             origin = _child(footprint, "at") or ["at", "0", "0"]
@@ -103,12 +110,19 @@ def _drills(board: Node) -> Iterator[tuple[Drill, bool]]:
             for pad in _children(footprint, "pad"):
                 drill, at = _child(pad, "drill"), _child(pad, "at")
                 sizes = [w for w in (drill or [])[1:] if isinstance(w, str) and w != "oval"]
-                if drill is None or at is None or not sizes:
+                if drill is None or at is None or not sizes or not _mm(sizes[0]):
                     continue
                 x, y = _turned(_nm(at[1]), _nm(at[2]), turn)
                 plated = "non-plated" if pad[2] == "np_thru_hole" else "plated"
                 place = _nm(origin[1]) + x, -(_nm(origin[2]) + y)
-                yield Drill(*place, _mm(sizes[0]), plated), "oval" in drill
+                yield Drill(*place, _diameter(sizes[0]), plated), "oval" in drill
+
+
+def _depth(via: Node) -> str:
+    """What a via is drilled with: all that goes through, or its own pair of layers."""
+    layers = _child(via, "layers")
+    through = not {"blind", "buried", "micro"} & {word for word in via if isinstance(word, str)}
+    return "plated" if through or layers is None else " to ".join(map(str, layers[1:]))
 
 
 def _via_drills(board: Node) -> dict[str, Any]:
@@ -136,6 +150,13 @@ def _turned(x: int, y: int, degrees: Fraction) -> tuple[int, int]:
 
 def _mm(text: str) -> Fraction:
     return Fraction(exact_decimal(text))
+
+
+def _diameter(text: str) -> Fraction:
+    size = _mm(text)
+    if size < 0:
+        raise InputError(f"a drill of {shown(text)} mm; expected 0 (no hole) or more")
+    return size
 
 
 def _nm(text: str) -> int:
