@@ -59,6 +59,7 @@ EXPECTED = {
     "atsp.tsp": (2, "expected TSP"),
     "tour.tsp": (2, "expected TSP"),
     "dimension.tsp": (3, "'many'"),
+    "two_dimensions.tsp": (4, "DIMENSION '3', but line 3 says '2'"),
     "no_dimension.tsp": (None, "DIMENSION"),
     "huge_dimension.tsp": (3, "expected 1 to 6000"),
     "duplicate.tsp": (7, "stands in line 6 already"),

@@ -114,7 +114,10 @@ def _parse(path: Path) -> _File:
             message = f"{shown(line.strip())}; expected KEYWORD : value or a section's numbers"
             raise InputError(message, path, number)
         else:
-            file.values.setdefault(keyword, (number, value))
+            first, before = file.values.setdefault(keyword, (number, value))
+            if value != before and keyword != "COMMENT":
+                message = f"{keyword} {shown(value)}, but line {first} says {shown(before)}"
+                raise InputError(message, path, number)
     _check_kind(file)
     return file
 
