@@ -319,3 +319,12 @@ def test_solve_takes_the_rules_from_the_command_line(tmp_path):
     data = json.loads(done.output)
     assert data["solver"] == "positions" and data["proof"] == "trusted"
     assert CliRunner().invoke(main, [*words, "--solver", "cp-sat"]).exit_code == 2
+
+
+def test_what_options_say_of_holes_has_to_be_in_the_file(tmp_path):
+    path = tmp_path / "four.csv"
+    path.write_text("id,x,y\na,0,0\nb,1,0\nc,2,0\nd,3,1\n")
+    done = CliRunner().invoke(main, ["info", str(path), "--jump-diameters", "2"])
+    assert done.exit_code == 2 and "four states no diameters" in done.output
+    done = CliRunner().invoke(main, ["info", str(path), "--start", "e"])
+    assert done.exit_code == 2 and "has no hole 'e'; its ids are a, b, c ... d\n" in done.output

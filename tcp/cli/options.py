@@ -25,6 +25,7 @@ from tcp.fleet import BACKENDS
 from tcp.instance import Ends, Instance
 from tcp.rules import Balance, Rules
 from tcp.travel import ALIASES, Model, Rounding, Travel, parse_model
+from tcp.words import listed, shown
 from tcp.workpiece import Workpiece, exact_decimal
 
 LEGS = ("both", "out", "back")
@@ -198,6 +199,8 @@ class Problem:
 
     def rules_of(self, workpiece: Workpiece) -> Rules:
         """The process rules, holes looked up by id."""
+        if self.jump_diameters is not None and not any(workpiece.diameters):
+            raise UsageError(f"{workpiece.name} states no diameters; --jump-diameters needs them")
         forbidden = []
         for first, second in self.forbid:
             i = hole_index(workpiece, first, "--forbid")
@@ -225,8 +228,10 @@ def hole_index(workpiece: Workpiece, name: str | None, option: str) -> int | Non
         return None
     if name not in workpiece.index:
         ids = workpiece.ids
-        some = ", ".join(ids[:3]) + (f" ... {ids[-1]}" if len(ids) > 4 else "")
-        raise UsageError(f"{option}: {workpiece.name} has no hole {name!r}; its ids are {some}")
+        some = listed(ids[:3]) + (f" ... {listed(ids[-1:])}" if len(ids) > 3 else "")
+        raise UsageError(
+            f"{option}: {workpiece.name} has no hole {shown(name)}; its ids are {some}"
+        )
     return workpiece.index[name]
 
 
