@@ -330,6 +330,8 @@ def write(tmp_path, name, text):
     ("name", "text"),
     [
         ("r.txt", "# a route\n3\n1\n2\n"),
+        ("r.txt", "# a route\r3\r1\r2\r"),
+        ("r.csv", "id,x_mm,y_mm\r3,0,0\r1,1,1\r2,2,2\r"),
         ("r.json", "[3, 1, 2]"),
         ("r.json", '{"route": ["3", "1", "2"], "cost": "4"}'),
         ("r.tour", "NAME: r\nTYPE: TOUR\nDIMENSION: 3\nTOUR_SECTION\n3\n1\n2\n-1\nEOF\n"),

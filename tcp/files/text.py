@@ -61,7 +61,7 @@ def read_bounded(path: Path) -> bytes:
 
 
 def read_text(path: Path, what: str, form: str, most: int) -> str:
-    """The text of a UTF-8 file of at most ``most`` bytes, without a BOM.
+    """The text of a UTF-8 file of at most ``most`` bytes, without a BOM; LF ends its lines.
 
     Parameters
     ----------
@@ -87,7 +87,7 @@ def read_text(path: Path, what: str, form: str, most: int) -> str:
     if b"\0" in data:
         raise InputError(f"is binary; expected {form}", path)
     try:
-        return data.decode("utf-8-sig")
+        return data.decode("utf-8-sig").replace("\r\n", "\n").replace("\r", "\n")
     except UnicodeDecodeError as error:
         line = data.count(b"\n", 0, error.start) + 1
         raise InputError("is not UTF-8 text", path, line) from None
