@@ -921,6 +921,7 @@ def test_a_folder_that_cannot_be_written_to_ends_the_call_before_any_work(
         ["--home", "0,0", "--start", "1,1"],
         ["--keep", "T9"],
         ["--keep", "x"],
+        ["--keep", "²"],
         ["--start", "1"],
         ["--start", "1e25,0"],
         ["--travel", "warp"],

@@ -425,8 +425,31 @@ def test_files_read_knows_drill_files_by_suffix_or_by_look(tmp_path):
     assert len(files.read(tmp_path / "holes.txt").workpiece) == 2
     with pytest.raises(UsageError, match="take no option 'tool'"):
         files.read(tmp_path / "holes.txt", tool="T1")
-    with pytest.raises(UsageError, match="expected mm or inch"):
-        files.read(path, units="mil")
+    for name in ("board", "holes.txt"):
+        with pytest.raises(UsageError, match="expected mm or inch"):
+            files.read(tmp_path / name, units="mil")
+
+
+@pytest.mark.parametrize(
+    "text", ["id,x,y\nT1,1,2\nT2,3,4\n", "T1;1,5;2\nT2;3;4\n", "T1 1 2\r\n", "# a\nT1\t1\t2\n"]
+)
+def test_a_table_whose_holes_are_called_like_tools_is_a_table(tmp_path, text):
+    path = tmp_path / "holes.txt"
+    path.write_bytes(text.encode())
+    assert files.read(path).workpiece.ids[0] == "T1"
+    path.write_bytes(b"T1\rX1.0Y2.0\rX2.0\rM30\r")
+    assert len(files.read(path, units="mm").workpiece) == 2
+
+
+@pytest.mark.parametrize("word", ["²", "9" * 5000])
+def test_words_that_are_no_numbers_are_refused(tmp_path, word):
+    path = tmp_path / "b.drl"
+    path.write_text(HEAD + "T1\nX1.0Y1.0\nM30\n")
+    with pytest.raises(InputError, match="has no holes for the tool"):
+        files.read(path, tool=word)
+    with pytest.raises(UsageError, match="is no number format"):
+        files.read(path, format=f"{word}:4")
+    assert len(files.read(path, tool="ALL").workpiece) == 1
 
 
 # -- runs of hits, read at once --------------------------------------------------------------

@@ -287,6 +287,7 @@ BAD = {
     "no holes": (PIECE.replace('["1 0 0", "2 1 0", "3 5 0"]', "[]"), "at least one hole"),
     "outside": (PIECE.replace("holes = ", 'file = "../p.csv"\n#'), "leads outside"),
     "absolute": (PIECE.replace("holes = ", 'file = "/etc/passwd"\n#'), "leads outside"),
+    "unknown units": (PIECE.replace("holes = ", 'units = "ell"\nfile = "p.csv"\n#'), "units must"),
     "absent file": (PIECE.replace("holes = ", 'file = "p.csv"\n#'), "p.csv"),
     "bad formula": (
         '[[arithmetic]]\nid="a"\nwhere="w"\nstatement="s"\nprinted=1\ncompute=["eval", 1]\n',

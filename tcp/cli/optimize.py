@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
@@ -190,7 +191,7 @@ def place(text: str) -> Path:
 
 def _tool(text: str) -> int:
     bare = text.strip().upper().removeprefix("T")
-    if not bare.isdigit():
+    if not re.fullmatch(r"\d{1,9}", bare, re.ASCII):
         raise click.BadParameter(f"{text!r} is not a tool; expected e.g. T3")
     return int(bare)
 

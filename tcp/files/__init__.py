@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from tcp.errors import InputError, UsageError
-from tcp.files.reading import Reading
+from tcp.files.reading import UNITS, Reading
 
 READERS: dict[str, str] = {
     ".csv": "tcp.files.csv",
@@ -53,8 +53,12 @@ def read(path: str | Path, *, units: str | None = None, **options: Any) -> Readi
     ------
     InputError
         If the file cannot be read or is not valid; names file and line.
+    UsageError
+        For options that the file's format does not take, or units that are none.
     """
     path = Path(path)
+    if units is not None and units not in UNITS:
+        raise UsageError(f"units {units!r} is unknown; expected mm or inch")
     if "\0" in str(path):
         raise InputError(f"{str(path)!r} is no name of a file")
     name = _reader(path)

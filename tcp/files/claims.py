@@ -20,11 +20,12 @@ from tcp.errors import InputError, TcpError
 from tcp.files import read, toml
 from tcp.files.claims_schema import FORMAT, KINDS, SOURCE, Field
 from tcp.files.printed import Printed, parse_printed
-from tcp.files.reading import Reading, travel_as
+from tcp.files.reading import UNITS, Reading, travel_as
 from tcp.files.write import real_path
 from tcp.instance import Ends, Instance
 from tcp.travel import Travel, parse_model
-from tcp.workpiece import INCH, Workpiece
+from tcp.words import shown
+from tcp.workpiece import Workpiece
 
 MAX_CLAIMS = 20_000
 
@@ -381,10 +382,12 @@ def _workpiece(claim: Claim, path: Path) -> Reading:
     if len(given) != 1:
         raise InputError("a workpiece needs one of holes, file and from", path, claim.line)
     try:
+        units = claim.text("units") or None
+        if units and units not in UNITS:
+            raise InputError(f"units must be mm or inch, not {shown(units)}")
         if given == ["holes"]:
-            return Reading(_inline(claim))
+            return Reading(_inline(claim, UNITS[units or "mm"]))
         if given == ["file"]:
-            units = claim.text("units") or None
             return read(inside(path, claim.text("file")), units=units)
         return _borrowed(path, claim.text("from"))
     except InputError as error:
@@ -393,15 +396,11 @@ def _workpiece(claim: Claim, path: Path) -> Reading:
         raise InputError(f"workpiece {claim.id}: {error}", path, claim.line_of(given[0])) from None
 
 
-def _inline(claim: Claim) -> Workpiece:
+def _inline(claim: Claim, unit: Fraction) -> Workpiece:
     rows = [row.split() for row in claim.values["holes"]]
     bad = next((row for row in rows if len(row) != 3), None)
     if bad is not None:
         raise InputError(f"{' '.join(bad)[:80]!r} is not 'id x y'")
-    units = claim.text("units") or "mm"
-    if units not in ("mm", "inch"):
-        raise InputError(f"units must be mm or inch, not {units!r}")
-    unit = INCH if units == "inch" else Fraction(1)
     ids = [row[0] for row in rows]
     return Workpiece.from_decimals(claim.id, [(r[1], r[2]) for r in rows], ids, unit=unit)
 

@@ -52,7 +52,7 @@ def reading(
         for g, name in names.items()
     )
     chosen = max(names.values(), key=counts.__getitem__) if tool is None else str(tool).upper()
-    chosen = f"T{chosen}" if chosen.isdigit() else chosen
+    chosen = f"T{chosen}" if chosen.isdecimal() else chosen
     mine = [d for d in drills if chosen in ("ALL", names[d.group, d.diameter])]
     if not mine:
         raise InputError(f"has no tool {shown(str(tool))}; its tools are {table}", path)

@@ -66,6 +66,9 @@ _GCODE = re.compile(
     r"(?:G\d.*Z[-+.\d]|(?:[GM][\d.]++[ \t]*+){0,8}G(?:20|21|17|54|81|82|83|73)(?!\d)|Z[-+.\d])",
     re.M,
 )
+_EXCELLON = re.compile(  # a line that begins with T1, or with %, and goes on is a table's
+    rb"^[ \t]*+(?:(?:M48|%|T\d++[^\s,;]*+)[ \t]*+(?:[\r\n]|\Z)|X[-+]?[\d.]+Y)", re.M
+)
 _HEADER = re.compile(r"^[ \t]*+M48[ \t\r]*+$(.*?)(?:^[ \t]*+(?:%|M95)|\Z)", re.M | re.S)
 _LOOKS = (
     (r"^%(?:FS|MO|AD|AM|LP|TF)|^[ \t]*+X-?\d++Y-?\d++D0[123]\*", "is a Gerber file"),
@@ -93,7 +96,7 @@ def looks_excellon(data: bytes) -> bool:
     head = data[:HEAD]
     if _binary(head) or _textual(head.decode("latin-1")):
         return False
-    return bool(re.search(rb"^[ \t]*+(M48|%|T\d+|X[-+]?[\d.]+Y)", head, re.M))
+    return bool(_EXCELLON.search(head))
 
 
 def looks_gcode(data: bytes) -> bool:

@@ -8,6 +8,7 @@ Numbers of full width need no such rule, numbers with a point need neither.
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 from enum import StrEnum
 from fractions import Fraction
@@ -68,10 +69,10 @@ def parse_digits(text: str) -> Digits:
     UsageError
         If the text is none.
     """
-    whole, _, decimals = text.replace(".", ":").partition(":")
-    if not (whole.isdigit() and decimals.isdigit() and len(whole + decimals) < 5):
+    found = re.fullmatch(r"(\d{1,2})[:.](\d{1,2})", text, re.ASCII)
+    if found is None:
         raise UsageError(f"{shown(text)} is no number format; expected something like 2:4 or 3:3")
-    return Digits(int(whole), int(decimals))
+    return Digits(int(found[1]), int(found[2]))
 
 
 def pointed(text: bytes) -> tuple[int, int]:

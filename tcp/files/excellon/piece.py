@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from fractions import Fraction
 
 import numpy as np
@@ -9,7 +10,7 @@ import numpy as np
 from tcp.errors import InputError
 from tcp.files.excellon.document import Ints
 from tcp.files.excellon.program import Kind, Program, repeated
-from tcp.words import listed
+from tcp.words import listed, shown
 from tcp.workpiece import Workpiece
 
 WIDEST = Fraction(460)
@@ -57,18 +58,18 @@ def choose_tool(program: Program, wanted: str | int | None) -> int | None:
     InputError
         If the file has no such tool, or the tool drills no round hole.
     """
-    if wanted == "all":
+    text = str(wanted).strip().upper().removeprefix("T")
+    if text == "ALL":
         return None
     tools, counts = np.unique(expanded(program)[0], return_counts=True)
     if not len(tools):
         raise InputError("drills no round hole, only slots or routed paths", program.path)
     if wanted is None:
         return int(tools[np.argmax(counts)])
-    text = str(wanted).strip().upper().removeprefix("T")
-    if not text.isdigit() or int(text) not in tools:
+    if not re.fullmatch(r"\d{1,9}", text, re.ASCII) or int(text) not in tools:
         names = listed(f"T{t}" for t in tools)
         raise InputError(
-            f"has no holes for the tool {wanted}; expected one of {names}", program.path
+            f"has no holes for the tool {shown(str(wanted))}; expected one of {names}", program.path
         )
     return int(text)
 
