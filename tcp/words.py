@@ -5,6 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 
+def plain(text: str) -> str:
+    """Text that cannot move the cursor or spoil a picture: control characters are spelled out."""
+    return "".join(c if c.isprintable() else f"\\x{ord(c):02x}" for c in text)
+
+
 def shown(text: str | bytes, most: int = 40) -> str:
     """What a file says, quoted for a message: so many characters, and ``...`` for the rest."""
     if isinstance(text, bytes):

@@ -101,6 +101,15 @@ def test_pictures_are_written_as_svg_or_png(board, tmp_path):
         save_board_plot(board, tmp_path / "a.pdf")
 
 
+def test_any_name_gives_a_picture(tmp_path):
+    board = optimise(parse(TEXT.encode(), "$\\frac{\x1b[31m.drl"), Wishes(effort=Effort.FAST))
+    assert "$\\frac{\\x1b[31m.drl" in "".join(ElementTree.fromstring(board_svg(board)).itertext())
+    assert "\x1b" not in board_html(board)
+    pytest.importorskip("matplotlib", reason="PNG needs matplotlib")
+    save_board_plot(board, tmp_path / "a.png")
+    assert (tmp_path / "a.png").read_bytes().startswith(b"\x89PNG")
+
+
 @pytest.mark.parametrize(
     ("value", "said"),
     [

@@ -672,6 +672,14 @@ def test_copies_of_a_private_board_are_private(board):
     assert board.stat().st_mode & 0o777 == 0o600
 
 
+@pytest.mark.parametrize(("option", "suffix"), [("--report", "html"), ("--plot", "svg")])
+def test_what_shows_a_private_board_is_private(board, option, suffix):
+    board.chmod(0o600)
+    picture = board.with_suffix(f".{suffix}")
+    assert run(board, "--dry-run", "--effort", "fast", option, picture).exit_code == 0
+    assert picture.stat().st_mode & 0o777 == 0o600
+
+
 @pytest.mark.parametrize("name", ["a.csv", "a.tsp", "a.kicad_pcb", "a.DXF"])
 def test_what_only_solve_reads_is_said_to_be_so(tmp_path, name):
     (tmp_path / name).write_text("x,y\n1,2\n")

@@ -371,9 +371,35 @@ def test_pictures(tmp_path):
     assert (tmp_path / "a.png").read_bytes().startswith(b"\x89PNG")
 
 
+@pytest.mark.parametrize(("option", "name"), [("--plot", "a.svg"), ("--out", "a.csv")])
+def test_what_shows_a_private_workpiece_is_private(tmp_path, option, name):
+    path = tmp_path / "p.csv"
+    path.write_text("id,x,y\n1,0,0\n2,1,1\n")
+    path.chmod(0o600)
+    assert tcp("solve", option, tmp_path / name, path).exit_code == 0
+    assert (tmp_path / name).stat().st_mode & 0o777 == 0o600
+
+
+@pytest.mark.parametrize("command", ["solve", "info"])
+def test_no_id_colours_the_terminal(tmp_path, command):
+    path = tmp_path / "p.csv"
+    path.write_text("id,x,y\n\x1b[31mred,0,0\n")
+    done = tcp(command, path)
+    assert done.exit_code == 0 and "\\x1b[31mred" in done.stdout and "\x1b" not in done.stdout
+
+
+def test_ids_and_paths_are_printed_whole(tmp_path):
+    path = tmp_path / "p.csv"
+    ids = [f"via-pad-number-{k}-{'x' * k}" for k in range(0, 100, 7)]
+    path.write_text("id,x,y\n" + "".join(f"{name},{k},0\n" for k, name in enumerate(ids)))
+    printed = tcp("solve", path).stdout.split()
+    assert set(ids) <= set(printed)
+
+
 def test_names_in_pictures_are_escaped(tmp_path):
     path = tmp_path / "evil.csv"
-    path.write_text("id,x,y\n<script>alert(1)</script>,0,0\n$\\frac{,1,1\n&amp;,2,1\n")
+    names = ("<script>alert(1)</script>", "$\\frac{", "&amp;", "\x1b[31m")
+    path.write_text("id,x,y\n" + "".join(f"{name},{k},0\n" for k, name in enumerate(names)))
     for name in ("e.svg", "e.png"):
         assert tcp("solve", "--plot", tmp_path / name, path).exit_code == 0
     assert "<script" not in (tmp_path / "e.svg").read_text()

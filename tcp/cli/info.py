@@ -16,7 +16,7 @@ from tcp.files import Reading
 from tcp.instance import Instance
 from tcp.report.table import describe
 from tcp.result import decimal
-from tcp.words import counted
+from tcp.words import counted, plain
 
 EPILOG = """\b
 Examples:
@@ -71,7 +71,7 @@ def _counted(values: Any) -> dict[str, int]:
 
 
 def _table(data: dict[str, Any]) -> str:
-    lines = [f"{data['name']}: {data['problem']}"]
+    lines = [plain(f"{data['name']}: {data['problem']}")]
     for key, value in data.items():
         if key in ("name", "problem") or value in ([], {}):
             continue
@@ -79,5 +79,5 @@ def _table(data: dict[str, Any]) -> str:
             value = ", ".join(f"{k} ({counted(n, 'hole')})" for k, n in value.items())
         if isinstance(value, list):
             value = (" ... " if key != "notes" else "; ").join(value)
-        lines.append(f"  {key.replace('_', ' '):<17} {value}")
+        lines.append(plain(f"  {key.replace('_', ' '):<17} {value}"))
     return "\n".join(lines)

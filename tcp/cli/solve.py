@@ -122,11 +122,11 @@ class Outputs:
         click.echo(json.dumps(result_data(result)) if self.as_json else summary(result))
         route, picture = self.route(path), self.picture(path)
         if result.route is not None and route is not None:
-            save_route(result, route)
+            save_route(result, route, like=path)
         if result.route is not None and picture is not None:
             from tcp.report.plot import save_plot
 
-            save_plot(result, picture)
+            save_plot(result, picture, like=path)
 
 
 @click.command(epilog=EPILOG)

@@ -16,6 +16,7 @@ from tcp.files.write import write_file
 from tcp.report.board import amount, conclusions, contents, verdict
 from tcp.report.board_plot import TOOLS, Frame, Side, legend_svg, side_svg, sides
 from tcp.report.table import percent
+from tcp.words import plain
 
 POLICY = "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; img-src data:"
 
@@ -88,7 +89,7 @@ def board_html(board: Board) -> str:
     """The page."""
     before, after = sides(board)
     frame = Frame.around(before.places)
-    name = escape(board.before.path.name)
+    name = escape(plain(board.before.path.name))
     lines = "".join(f"<li>{escape(line)}</li>" for line in conclusions(board, None))
     notes = "".join(f"<li>{escape(line)}</li>" for line in board.notes)
     return (
@@ -206,11 +207,11 @@ def _paths(board: Board, before: Side, after: Side, frame: Frame) -> str:
 
 
 def save_board_html(board: Board, path: Path) -> None:
-    """Write the page.
+    """Write the page; that of a private board is private, too.
 
     Raises
     ------
     OutputError
         If it cannot be written.
     """
-    write_file(path, board_html(board))
+    write_file(path, board_html(board), like=board.before.path)

@@ -22,6 +22,7 @@ from tcp.files.excellon import Kind, Program
 from tcp.files.write import write_file
 from tcp.report.board import amount
 from tcp.report.shades import shade, shaded
+from tcp.words import plain
 
 PANEL = 520
 MARGIN = 18
@@ -140,7 +141,7 @@ def board_svg(board: Board) -> str:
         f'<svg xmlns="http://www.w3.org/2000/svg" width="{2 * frame.width + 28:.0f}" '
         f'height="{height:.0f}" font-family="sans-serif">'
         f'<rect width="100%" height="100%" fill="#ffffff"/>'
-        f'<text x="10" y="24" font-size="17">{escape(board.before.path.name)}</text>'
+        f'<text x="10" y="24" font-size="17">{escape(plain(board.before.path.name))}</text>'
         f"{''.join(parts)}"
         f'<g transform="translate(8,{frame.height + HEAD:.1f})">{legend}</g></svg>\n'
     )
@@ -241,6 +242,8 @@ def _scale(frame: Frame) -> str:
 def save_board_plot(board: Board, path: Path) -> None:
     """Draw a board before and after to ``.svg``, or ``.png`` with matplotlib.
 
+    Of a private board it is private, too.
+
     Raises
     ------
     UsageError
@@ -250,9 +253,9 @@ def save_board_plot(board: Board, path: Path) -> None:
     """
     suffix = path.suffix.lower()
     if suffix == ".svg":
-        write_file(path, board_svg(board))
+        write_file(path, board_svg(board), like=board.before.path)
     elif suffix == ".png":
-        write_file(path, _png(board))
+        write_file(path, _png(board), like=board.before.path)
     else:
         raise UsageError(f"{path}: pictures are written as .svg or .png")
 
@@ -271,7 +274,7 @@ def _png(board: Board) -> bytes:
     foot = 0.22 * lines / height
     layout = ConstrainedLayoutEngine(rect=(0, foot, 1, 1 - foot))
     figure = Figure(figsize=(13, height), layout=layout)
-    figure.suptitle(board.before.path.name)
+    figure.suptitle(plain(board.before.path.name), parse_math=False)
     for at, side in enumerate(sides(board)):
         axes = figure.add_subplot(1, 2, at + 1)
         places = np.array(side.places)

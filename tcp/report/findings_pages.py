@@ -5,10 +5,11 @@ from __future__ import annotations
 import re
 from html import escape
 
-from tcp.report.findings_text import plain, repair_lines, row, summary
+from tcp.report.findings_text import repair_lines, row, summary
 from tcp.validate.auditing import Audit, Entry
 from tcp.validate.codes import CODES
 from tcp.validate.findings import Severity
+from tcp.words import plain
 
 _COLUMNS = ("Verdict", "Claim", "Where", "Claimed", "Recomputed", "Certified", "Codes")
 _SPECIAL = re.compile(r"([\\`*_\[\]|~<>&]|^[#+-]|(?<=^\d)[.)]|:(?=//))")

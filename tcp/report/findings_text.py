@@ -7,6 +7,7 @@ from collections import Counter
 from tcp.result import decimal
 from tcp.validate.auditing import Audit, Entry
 from tcp.validate.repairs import MOST, Repair, Repairs
+from tcp.words import plain
 
 REPAIRS_SHOWN = 10
 """So many smallest repairs are shown; JSON has them all."""
@@ -14,11 +15,6 @@ REPAIRS_SHOWN = 10
 _HEAD = ("verdict", "claim", "claimed", "recomputed", "certified", "codes")
 QUIET = {"TCP206", "TCP304", "TCP409", "TCP505", "TCP607", "TCP609", "TCP703"}
 """Codes that confirm or say nothing: not named in the verdict table."""
-
-
-def plain(text: str) -> str:
-    """Text that cannot move the cursor or colour the terminal: controls are spelled out."""
-    return "".join(c if c.isprintable() else f"\\x{ord(c):02x}" for c in text)
 
 
 def row(entry: Entry) -> tuple[str, ...]:

@@ -10,10 +10,10 @@ from urllib.parse import quote
 from xml.sax.saxutils import escape, quoteattr
 
 import tcp
-from tcp.report.findings_text import plain
 from tcp.validate.auditing import Audit, Entry
 from tcp.validate.codes import CODES
 from tcp.validate.findings import Finding, Severity
+from tcp.words import plain
 
 
 def junit(audit: Audit, strict: bool) -> str:

@@ -16,6 +16,7 @@ from tcp.files.write import write_file
 from tcp.report.shades import shaded
 from tcp.report.table import describe, duration, proof
 from tcp.result import Result
+from tcp.words import plain
 
 Place = tuple[float, float]
 Run = tuple[str, list[Place]]
@@ -79,10 +80,10 @@ def drawing(result: Result) -> Drawing:
         line.append(line[0])
     few = len(holes) <= LABELLED
     return Drawing(
-        title=f"{instance.name}: {duration(result.time, instance)} ({proof(result)})",
-        subtitle=describe(instance),
+        title=f"{plain(instance.name)}: {duration(result.time, instance)} ({proof(result)})",
+        subtitle=plain(describe(instance)),
         holes=holes,
-        labels=[piece.ids[i] for i in result.route] if few else [],
+        labels=[plain(piece.ids[i]) for i in result.route] if few else [],
         runs=_runs(line),
         home=home,
     )
@@ -93,8 +94,10 @@ def _runs(line: list[Place]) -> list[Run]:
     return [(colour, line[a : b + 1]) for colour, a, b in shaded(len(line) - 1, RUNS)]
 
 
-def save_plot(result: Result, path: Path) -> None:
+def save_plot(result: Result, path: Path, like: Path | None = None) -> None:
     """Draw the route to a file: ``.svg``, or ``.png`` where matplotlib is installed.
+
+    It is kept from whom the file ``like`` is kept from.
 
     Raises
     ------
@@ -107,7 +110,7 @@ def save_plot(result: Result, path: Path) -> None:
     suffix = path.suffix.lower()
     if suffix not in kinds:
         raise UsageError(f"{path}: pictures are written as {' or '.join(kinds)}")
-    write_file(path, kinds[suffix](drawing(result)))
+    write_file(path, kinds[suffix](drawing(result)), like=like)
 
 
 def svg(picture: Drawing) -> bytes:

@@ -14,8 +14,10 @@ from tcp.result import Result, decimal
 WRITERS = {".csv": route_csv, ".tour": route_tour}
 
 
-def save_route(result: Result, path: Path) -> None:
+def save_route(result: Result, path: Path, like: Path | None = None) -> None:
     """Write the route as CSV, or as a TSPLIB tour where the name ends in ``.tour``.
+
+    It is kept from whom the file ``like`` is kept from.
 
     Raises
     ------
@@ -35,4 +37,4 @@ def save_route(result: Result, path: Path) -> None:
         f"{result.status}, proof {result.proof}, instance {result.instance.sha256}",
     ]
     text = WRITERS[path.suffix.lower()](result.instance.workpiece, result.route, remarks)
-    write_file(path, text)
+    write_file(path, text, like=like)

@@ -9,7 +9,7 @@ from fractions import Fraction
 
 from tcp.instance import Instance
 from tcp.result import Proof, Result, Status, decimal
-from tcp.words import counted
+from tcp.words import counted, plain
 
 WIDTH = 92
 SHOWN = 300
@@ -32,11 +32,18 @@ def summary(result: Result) -> str:
     ]
     rows = [(label, text) for label, text in rows if text]
     width = max(len(label) for label, _ in rows)
-    lines = [f"{result.instance.name}: {describe(result.instance)}"]
+    lines = [plain(f"{result.instance.name}: {describe(result.instance)}")]
     for label, text in rows:
         indent = " " * (width + 4)
         start = f"  {label:<{width}}  "
-        lines += textwrap.wrap(text, WIDTH, initial_indent=start, subsequent_indent=indent)
+        lines += textwrap.wrap(
+            plain(text),
+            WIDTH,
+            initial_indent=start,
+            subsequent_indent=indent,
+            break_long_words=False,  # ids and paths stay whole
+            break_on_hyphens=False,
+        )
     return "\n".join(lines)
 
 
