@@ -16,7 +16,7 @@ from tcp.files.order import order_of
 from tcp.instance import Instance
 from tcp.result import decimal
 from tcp.solve import solve
-from tcp.stop import Stop
+from tcp.stop import Stop, StopReason
 from tcp.validate.auditing import Audit, single
 from tcp.validate.findings import Severity, finding
 from tcp.validate.known import Known
@@ -43,6 +43,8 @@ def prove(instance: Instance, folder: Path, time_limit: float | None = None) -> 
     ------
     NoProofError
         If nothing could be proved within the limit.
+    KeyboardInterrupt
+        If Ctrl-C ended the proof: it is for the caller, too.
     """
     try:
         folder.mkdir(parents=True, exist_ok=True)
@@ -50,6 +52,8 @@ def prove(instance: Instance, folder: Path, time_limit: float | None = None) -> 
         raise OutputError(f"cannot make the folder {folder}: {system_reason(error)}") from None
     path = folder / file_name(instance)
     result = solve(instance, stop=Stop(time_limit), exact=True, certificate=path)
+    if result.stopped is StopReason.INTERRUPTED:
+        raise KeyboardInterrupt
     if result.certificate is None:
         raise NoProofError(f"{describe(instance)}: nothing was proved ({result.stopped})")
     return load(path, instance)

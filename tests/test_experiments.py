@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import json
 import os
 import re
@@ -21,13 +22,13 @@ from tcp.cli.main import main
 from tcp.errors import InputError, OutputError
 from tcp.experiments.journal import Journal, Run
 from tcp.experiments.plot import best_so_far, save_convergence
-from tcp.experiments.run import Optimum, conduct, optima
+from tcp.experiments.run import Optimum, conduct, optima, rehearse
 from tcp.experiments.spec import load
 from tcp.experiments.statistics import Summary, mean_interval, summarise, wilson
 from tcp.experiments.table import honest_table, paper_table, whole_report
 from tcp.fleet import Fleet
 from tcp.solve import SOLVERS, solve
-from tcp.stop import StopReason
+from tcp.stop import Stop, StopReason
 
 ROOT = Path(__file__).resolve().parents[1]
 SHIPPED = sorted((ROOT / "data" / "experiments").glob("*.toml"))
@@ -359,7 +360,9 @@ def test_killed_at_any_moment_it_continues_and_ends_with_the_same_table(small, t
         (["--results", "plain"], "cannot read the results: Not a directory"),
         (["--results", "/dev/null/x"], "cannot read the results: Not a directory"),
         (["--results", "folder"], "cannot read the results: Is a directory"),
-        (["--plot", "x.xyz"], "ends in .svg, .png or .pdf"),
+        (["--plot", "x.xyz"], "ends in .svg or .png or .pdf"),
+        (["--plot", "folder"], "cannot write folder: is a directory"),
+        (["--plot", "link.svg"], "is an input"),
         (["--plot", "none/x.svg"], "there is no folder none"),
     ],
 )
@@ -369,6 +372,7 @@ def test_results_and_pictures_that_cannot_be_written_are_told_before_any_run(
     monkeypatch.chdir(tmp_path)
     (tmp_path / "plain").touch()
     (tmp_path / "folder" / "small.jsonl").mkdir(parents=True)
+    (tmp_path / "link.svg").symlink_to(small)
     done = CliRunner().invoke(main, ["experiment", str(small), *words])
     assert complaint in str(done.exception) + done.output and "Runs" not in done.output
 
@@ -416,6 +420,42 @@ def test_an_interrupted_run_is_not_taken_for_a_finished_one(small, tmp_path, mon
     with pytest.raises(KeyboardInterrupt):
         conduct(experiment, known, journal, fleet=Fleet(1))
     assert journal.runs() == {}
+
+
+@pytest.mark.parametrize("step", [optima, lambda e: rehearse(e, Journal(e.path.with_suffix("")))])
+def test_ctrl_c_ends_proofs_and_rehearsals_too(small, monkeypatch, step):
+    experiment = load(small)
+    bare = tuple(replace(column, certificates=None) for column in experiment.columns)
+
+    def cut_short(*args, **options):
+        found = solve(*args, stop=Stop(iterations=0), seed=1)
+        return replace(found, stopped=StopReason.INTERRUPTED)
+
+    monkeypatch.setattr("tcp.experiments.run.solve", cut_short)
+    with pytest.raises(KeyboardInterrupt):
+        step(replace(experiment, columns=bare))
+
+
+def test_nothing_is_proved_for_what_is_only_quoted(small, monkeypatch):
+    experiment = load(small)
+    quoted = replace(experiment.columns[1], certificates=None)
+    monkeypatch.setattr("tcp.experiments.run.solve", None)
+    alone = replace(experiment, columns=(quoted,))
+    assert optima(alone) == {}
+    assert "quoted: paper" in whole_report(alone, summarise(alone.columns, {}, {}))
+
+
+def test_a_picture_that_finds_no_space_leaves_the_old_one(small, tmp_path, monkeypatch):
+    plot = tmp_path / "a.svg"
+    plot.write_text("old")
+
+    def full(_: int) -> None:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr(os, "fsync", full)
+    with pytest.raises(OutputError, match="cannot write"):
+        save_convergence(load(small), [], plot)
+    assert plot.read_text() == "old"
 
 
 def test_intervals_are_the_textbooks():

@@ -8,6 +8,7 @@ import os
 import re
 import subprocess
 import sys
+from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
 
@@ -20,6 +21,8 @@ from tcp.errors import InputError
 from tcp.files import read
 from tcp.oracle import NoProofError, Oracle, judge
 from tcp.pytest_plugin import DrillOracle
+from tcp.solve import solve
+from tcp.stop import StopReason
 from tcp.validate.store import CertificateFolder, file_name
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -101,6 +104,31 @@ def test_pin_and_show(tmp_path):
     assert re.search(r"TCP30[12]", judged.stdout)
     files[0].write_bytes(before[:-20])
     assert run(main, ["oracle", "show", str(board), "--travel", "case2"]).exit_code == 3
+
+
+def test_every_file_is_pinned_that_can_be_and_notes_are_told(tmp_path):
+    bad, good, drill = tmp_path / "bad.csv", tmp_path / "b.csv", tmp_path / "c.drl"
+    bad.write_text("nothing\n")
+    good.write_text("id,x,y\n1,0,0\n2,3,0\n")
+    drill.write_text("M48\nMETRIC,TZ\nT1C1\nT2C2\n%\nT1\nX1.0Y1.0\nX2.0Y2.0\nT2\nX3.0Y3.0\nM30\n")
+    done = CliRunner().invoke(main, ["oracle", "pin", str(bad), str(good), str(drill)])
+    assert done.exit_code == 3 and done.stdout.count("optimum") == 2
+    assert "bad.csv" in done.stderr and "T1 drills most holes" in done.stderr
+    done = CliRunner().invoke(main, ["oracle", "show", str(drill)])
+    assert done.exit_code == 0 and "T1 drills most holes" in done.stderr
+
+
+def test_ctrl_c_in_a_proof_ends_the_pinning(tmp_path, monkeypatch):
+    files = [tmp_path / "a.csv", tmp_path / "b.csv"]
+    for path in files:
+        path.write_text("id,x,y\n1,0,0\n2,3,0\n")
+
+    def cut_short(*args, **options):
+        return replace(solve(*args, **options), stopped=StopReason.INTERRUPTED)
+
+    monkeypatch.setattr("tcp.oracle.solve", cut_short)
+    done = CliRunner().invoke(main, ["oracle", "pin", *map(str, files)])
+    assert done.exit_code == 130 and done.stdout == ""
 
 
 def test_the_oracle_proves_what_is_missing_only_if_it_may(tmp_path):

@@ -8,10 +8,10 @@ from pathlib import Path
 import click
 
 from tcp.cli.options import READ, fleet_options
-from tcp.cli.terminal import Say, status_line
+from tcp.cli.terminal import Say, check_outputs, status_line
 from tcp.errors import UsageError
 from tcp.experiments.journal import Journal
-from tcp.experiments.plot import check_picture, save_convergence
+from tcp.experiments.plot import ENDINGS, blank, save_convergence
 from tcp.experiments.run import conduct, optima, rehearse
 from tcp.experiments.spec import MOST, load
 from tcp.experiments.statistics import summarise
@@ -61,7 +61,8 @@ def command(
     if plot is not None and len(files) > 1:
         raise UsageError("--plot draws one experiment; name one file")
     if plot is not None:
-        check_picture(plot)
+        check_outputs([(plot, ENDINGS)], files)
+        blank()  # without matplotlib, fail before hours of runs rather than after them
     fleet = Fleet(jobs, backend, scheduler)
     experiments = [load(path) for path in files]
     if runs is not None:

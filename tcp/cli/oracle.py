@@ -6,8 +6,11 @@ from pathlib import Path
 
 import click
 
+from tcp.cli.main import complain
 from tcp.cli.options import READ, Problem, problem_options
-from tcp.errors import Exit, UsageError
+from tcp.cli.terminal import tell
+from tcp.errors import Exit, TcpError, UsageError
+from tcp.instance import Instance
 from tcp.oracle import FOLDER, describe, prove, statement
 from tcp.validate.store import CertificateFolder
 
@@ -40,14 +43,18 @@ def pin(
     """Prove the optimum of each FILE and write its certificate beside it."""
     worst = Exit.OK
     for path in files:
-        instance = problem.instance(problem.read(path))
-        home = folder or path.parent / FOLDER
-        known = CertificateFolder(home).known(instance)
-        if known is None or not known.optimal:
-            known = prove(instance, home, time_limit)
+        try:
+            instance = _instance(problem, path)
+            home = folder or path.parent / FOLDER
+            known = CertificateFolder(home).known(instance)
+            if known is None or not known.optimal:
+                known = prove(instance, home, time_limit)
+        except TcpError as error:
+            worst = max(worst, complain(error))
+            continue
         click.echo(statement(instance, known))
         if not known.optimal:
-            worst = Exit.NO_PROOF
+            worst = max(worst, Exit.NO_PROOF)
     return worst
 
 
@@ -57,7 +64,7 @@ def pin(
 @problem_options
 def show(problem: Problem, file: Path, folder: Path | None) -> None:
     """Check the certificate pinned for FILE again and say what it proves."""
-    instance = problem.instance(problem.read(file))
+    instance = _instance(problem, file)
     home = folder or file.parent / FOLDER
     known = CertificateFolder(home).known(instance)
     if known is None:
@@ -65,3 +72,10 @@ def show(problem: Problem, file: Path, folder: Path | None) -> None:
             f"{home} holds no certificate for {describe(instance)}; run tcp oracle pin"
         )
     click.echo(statement(instance, known))
+
+
+def _instance(problem: Problem, path: Path) -> Instance:
+    """The instance in a file, with its reader's notes on stderr."""
+    reading = problem.read(path)
+    tell(path, reading.notes)
+    return problem.instance(reading)

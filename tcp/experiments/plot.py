@@ -2,21 +2,24 @@
 
 from __future__ import annotations
 
+import io
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from tcp.errors import OutputError, UsageError
+from tcp.errors import UsageError
 from tcp.experiments.spec import Experiment
 from tcp.experiments.statistics import Summary
+from tcp.files.write import write_file
 from tcp.travel import Ints
 
 POINTS = 200
 """Places of the iteration axis at which a curve is drawn."""
 
 ENDINGS = (".svg", ".png", ".pdf")
+"""What a figure's name may end in."""
 
 
 def save_convergence(
@@ -31,7 +34,7 @@ def save_convergence(
     OutputError
         If the file cannot be written.
     """
-    figure, axes = _figure()
+    figure, axes = blank()
     drawn = [s for s in summaries if s is not None and any(run.trace for run in s.runs)]
     for number, summary in enumerate(drawn):
         _draw(axes, summary, f"C{number}")
@@ -46,22 +49,19 @@ def save_convergence(
     if drawn:
         axes.legend()
     axes.grid(alpha=0.3)
-    try:
-        figure.savefig(path)
-    except (OSError, ValueError) as error:
-        raise OutputError(f"cannot write {path}: {error}") from None
+    picture = io.BytesIO()
+    figure.savefig(picture, format=path.suffix.lower().removeprefix("."))
+    write_file(path, picture.getvalue())
 
 
-def check_picture(path: Path) -> None:
-    """Fail before hours of runs rather than after them; as :func:`save_convergence`."""
-    _figure()
-    if path.suffix.lower() not in ENDINGS:
-        raise UsageError(f"{path}: expected a name that ends in .svg, .png or .pdf")
-    if not path.parent.is_dir():
-        raise OutputError(f"cannot write {path}: there is no folder {path.parent}")
+def blank() -> tuple[Any, Any]:
+    """An empty figure and its axes.
 
-
-def _figure() -> tuple[Any, Any]:
+    Raises
+    ------
+    UsageError
+        If matplotlib is not installed.
+    """
     try:
         from matplotlib.figure import Figure
     except ModuleNotFoundError:

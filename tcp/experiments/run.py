@@ -6,6 +6,7 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from fractions import Fraction
+from typing import Any
 
 from tcp.errors import InputError, ProofError, UsageError
 from tcp.experiments.journal import Journal, Run
@@ -42,7 +43,7 @@ Told = Callable[[int, int], None]
 
 
 def optima(experiment: Experiment) -> dict[str, Optimum]:
-    """The proved optimum of each instance of an experiment, by the instance's hash.
+    """The proved optimum of each instance that an experiment solves, by the instance's hash.
 
     A certificate beside the workpiece is checked and believed; without one,
     an exact solver proves the optimum here and now.
@@ -55,7 +56,7 @@ def optima(experiment: Experiment) -> dict[str, Optimum]:
     found: dict[str, Optimum] = {}
     for column in experiment.columns:
         instance = column.instance
-        if instance.sha256 not in found:
+        if column.solver and instance.sha256 not in found:
             found[instance.sha256] = certified(column) or prove(instance)
     return found
 
@@ -80,7 +81,7 @@ def prove(instance: Instance) -> Optimum:
     ProofError
         If the solver ends without a proof.
     """
-    result = solve(instance, exact=True)
+    result = _solved(instance, exact=True)
     if result.status is not Status.OPTIMAL or result.cost is None:
         raise ProofError(f"no proved optimum for {instance.name}: {result.status}")
     return Optimum(result.cost, result.seconds, f"{result.proof} ({result.solver})")
@@ -144,15 +145,13 @@ def one_run(task: tuple[str, Column, int, int]) -> Run:
     """One run: key, column, seed and proved optimum.  What every worker process does."""
     key, column, seed, optimum = task
     began = time.thread_time()
-    result = solve(
+    result = _solved(
         column.instance,
         column.solver,
         stop=Stop(target=Fraction(optimum)),
         seed=seed,
         **column.options,
     )
-    if result.stopped is StopReason.INTERRUPTED:  # Ctrl-C ends the experiment, not only this run
-        raise KeyboardInterrupt
     return Run(
         key=key,
         seed=seed,
@@ -165,6 +164,14 @@ def one_run(task: tuple[str, Column, int, int]) -> Run:
         seconds=round(result.seconds, 4),
         cpu=round(time.thread_time() - began, 4),
     )
+
+
+def _solved(*problem: Any, **options: Any) -> Result:
+    """As :func:`tcp.solve.solve`, but Ctrl-C ends the experiment, and not only this solve."""
+    result = solve(*problem, **options)
+    if result.stopped is StopReason.INTERRUPTED:
+        raise KeyboardInterrupt
+    return result
 
 
 def _count(result: Result, name: str) -> int | None:
@@ -197,6 +204,6 @@ def rehearse(experiment: Experiment, journal: Journal) -> None:
     lacking = {c.name: c for key, (c, _) in _wanted(experiment).items() if key not in done}
     for column in lacking.values():
         try:
-            solve(column.instance, column.solver, stop=Stop(1.0, iterations=1), **column.options)
+            _solved(column.instance, column.solver, stop=Stop(1.0, iterations=1), **column.options)
         except UsageError as error:
             raise InputError(f"column {column.name!r}: {error}", experiment.path) from None
