@@ -609,6 +609,35 @@ def test_in_place_keeps_a_backup(board):
     assert run(board, "--in-place", "--out", "x").exit_code == 2
 
 
+def test_in_place_keeps_what_was_saved_meanwhile(board, monkeypatch):
+    newer = board.read_bytes().replace(b"X900", b"X901")
+
+    def slowly(*args: object):
+        found = optimise(*args)
+        board.write_bytes(newer)
+        return found
+
+    monkeypatch.setattr("tcp.cli.optimize.optimise", slowly)
+    done = run(board, "--in-place")
+    assert done.exit_code == 7 and "has changed meanwhile" in done.stderr
+    assert board.read_bytes() == newer and not board.with_name("board.drl.bak").exists()
+
+
+def test_after_ctrl_c_no_other_board_is_begun_though_the_first_cannot_be_written(
+    board, tmp_path, monkeypatch
+):
+    other = tmp_path / "second.drl"
+    other.write_bytes(board.read_bytes())
+
+    def in_the_way(program, *args: object):
+        program.path.with_name(f"{program.path.stem}-optimized.drl").write_text("mine")
+        return replace(optimise(program, *args), interrupted=True)
+
+    monkeypatch.setattr("tcp.cli.optimize.optimise", in_the_way)
+    done = run(board, other)
+    assert done.exit_code == 130 and "1 of 2 files are done" in done.stderr
+
+
 def test_check_and_dry_run_write_nothing(board):
     done = run(board, "--check")
     # 0.9 + 0.8 + 0.7 + 0.6 and 0.2 between and 0.009 + 0.004; 0.9 and 0.0 and 0.009 do
@@ -882,6 +911,8 @@ def test_folders_and_patterns(board, tmp_path):
     for _ in range(2):  # what the first run wrote is no board of the second
         assert run(more / "*.cnc", "--force").exit_code == 0
     assert not list(more.glob("*-optimized-optimized.cnc"))
+    (more / "panel-optimized-2.drl").write_bytes(board.read_bytes())  # not what tcp writes
+    assert "panel-optimized-2.drl" in run(more, "--dry-run").stdout
     assert run(board, tmp_path / "second.txt", "--out", tmp_path / "one.drl").exit_code == 2
     (out / "empty").mkdir()
     assert run(out / "empty").exit_code == 3

@@ -88,7 +88,8 @@ def write_board(board: Board, target: Target, many: bool, hints: Hints | None) -
     Raises
     ------
     OutputError
-        If it cannot be written or stands already.
+        If it cannot be written or stands already, or if the input that it is to
+        replace is another one by now.
     LostError
         If what was read back does other work than the input.
     """
@@ -106,6 +107,7 @@ def write_board(board: Board, target: Target, many: bool, hints: Hints | None) -
     if target.in_place:
         if not board.changed:
             return None
+        _unchanged_since(board)
         _back_up(board, hints, target.force)
     write_file(path, board.data, check, like=source)
     return path
@@ -123,6 +125,17 @@ def backup_of(source: Path) -> Path:
     if backup.exists() and not backup.is_file():
         raise OutputError(f"{backup} is in the way of the backup; move it away first")
     return backup
+
+
+def _unchanged_since(board: Board) -> None:
+    """Refuse to replace what somebody saved while the board was worked on."""
+    source = board.before.path
+    try:
+        now = source.read_bytes()
+    except OSError as error:
+        raise OutputError(f"cannot read {source}: {system_reason(error)}") from None
+    if now != board.original:
+        raise OutputError(f"{source} has changed meanwhile and stays; optimise it again")
 
 
 def _back_up(board: Board, hints: Hints | None, force: bool) -> None:
@@ -176,7 +189,7 @@ def _meant(path: Path) -> Iterable[Path]:
     anchor = Path(path.anchor)
     matches = sorted(anchor.glob(str(path.relative_to(anchor))))
     if MARK not in path.name:
-        matches = [match for match in matches if MARK not in match.stem]
+        matches = [match for match in matches if not match.stem.endswith(MARK)]
     if not matches:
         raise InputError("matches no drill file", path)
     return matches
@@ -187,7 +200,7 @@ def _inside(folder: Path) -> Iterable[Path]:
         files = sorted(p for p in folder.iterdir() if p.is_file())
     except OSError as error:
         raise InputError(f"cannot be listed: {system_reason(error)}", folder) from None
-    boards = [p for p in files if MARK not in p.stem and _is_board(p)]
+    boards = [p for p in files if not p.stem.endswith(MARK) and _is_board(p)]
     if not boards:
         raise InputError("holds no drill file", folder)
     return boards

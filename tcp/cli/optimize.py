@@ -124,10 +124,10 @@ def _one_by_one(job: Job, paths: list[Path]) -> Iterator[Optimised]:
             program = job.read(path)
             with _live(job.live) as news:
                 board = optimise(program, job.wishes, job.hints, news)
-            yield Optimised(board, *job.deliver(board))
         except TcpError as error:
             yield Optimised(error=error)
             continue
+        yield _delivered(job, board)
         if board.interrupted:
             return
 
@@ -416,7 +416,7 @@ def _check_outputs(job: Job, paths: Sequence[Path], given: dict[str, Any]) -> No
             targets.append((output_path(given["plot"], path, job.many, ".svg"), (".svg", ".png")))
         if given["report"] is not None:
             page = output_path(given["report"], path, job.many, ".html")
-            targets.append((page, (".html", ".htm")))
+            targets.append((page, () if is_stream(page) else (".html", ".htm")))
     if given["manifest"] is not None:
         targets.append((given["manifest"], ()))
     if given["certificates"] is not None:
