@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -80,6 +81,26 @@ def test_ctrl_c_while_loading_and_missing_permission_are_no_bugs(capsys):
         raise ImportError("no such thing")
 
     assert guarded(broken) is Exit.INTERNAL
+
+
+@pytest.mark.parametrize(
+    ("encoding", "words", "said"),
+    [
+        ("latin-1:strict", ["info"], b"1 ... \\u6f22"),
+        ("utf-8:strict", ["optimize", "--dry-run"], b"caf\\udce9.drl: 2 holes"),
+    ],
+)
+def test_names_that_the_output_cannot_spell_are_no_bugs(tmp_path, encoding, words, said):
+    (tmp_path / "a.csv").write_text("id,x,y\n1,0,0\n\u6f22,1,1\n")
+    board = tmp_path / os.fsdecode(b"caf\xe9.drl")
+    board.write_text("M48\nMETRIC,TZ\nT1C1\n%\nT1\nX1.0Y1.0\nX2.0Y2.0\nM30\n")
+    done = subprocess.run(
+        [sys.executable, "-m", "tcp", *words, tmp_path / "a.csv" if words == ["info"] else board],
+        capture_output=True,
+        env=os.environ | {"PYTHONIOENCODING": encoding},
+        cwd=ROOT,
+    )
+    assert done.returncode == 0 and said in done.stdout, done.stderr
 
 
 @pytest.mark.parametrize("name", ["board.drl", "board.ngc"])

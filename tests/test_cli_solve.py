@@ -449,6 +449,13 @@ def test_info_describes_a_workpiece(tmp_path):
     assert "T1 (2 holes)" in text and "none (1 hole)" in text and "coincident" in text
 
 
+@pytest.mark.parametrize("option", ["--out", "--plot", "--certificate"])
+def test_what_needs_an_ending_is_no_device(option):
+    done = tcp("solve", DATA / "five.csv", option, "/dev/stdout")
+    assert done.exit_code == 2 and "expected a name that ends in" in done.stderr
+    assert done.stdout == ""
+
+
 @pytest.mark.parametrize("option", ["--out", "--plot", "--certificate", "--save-state"])
 def test_no_output_ever_replaces_an_input(tmp_path, option):
     board = tmp_path / "board.csv"

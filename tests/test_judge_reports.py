@@ -164,6 +164,19 @@ def test_nothing_of_a_stranger_gets_through(tmp_path, name):
             assert not re.search(r"(?<!\\)\[", result["message"]["text"])
 
 
+def test_every_claim_has_its_own_place_on_the_page(tmp_path):
+    path = evil_claims(tmp_path)
+    text = path.read_text()
+    head, mark, claim = text.partition("[[route]]")
+    name = re.search(r"^id = .*$", claim, re.M)[0]
+    twins = "".join(mark + claim.replace(name, f'id = "{one}"') for one in ("a b", "a-b", "a_b"))
+    path.write_text(head + twins)
+    page = render(audit([path]), "html")
+    places = re.findall(r' id="([^"]*)"', page)
+    assert len(places) == len(set(places)) == 4  # with the workpiece
+    assert re.findall(r'href="#([^"]*)"', page) == places
+
+
 @pytest.mark.parametrize("name", FORMATS)
 def test_every_format_is_written_to_a_file(tmp_path, name):
     out = tmp_path / "out"
@@ -210,6 +223,8 @@ def test_explain_has_a_page_for_every_code():
         done = run("explain", code.lower())
         assert done.exit_code == 0 and done.stdout.startswith(code)
     assert run("explain").exit_code == 2
+    assert run("explain", "--markdown", "TCP303").exit_code == 2
+    assert run("explain", "--all", "TCP303").exit_code == 2
     assert run("explain", "--all").stdout.count("\n") == len(CODES)
     done = run("explain", "TCP30")
     assert done.exit_code == 2 and "did you mean" in done.stderr

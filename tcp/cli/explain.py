@@ -22,6 +22,10 @@ Examples:
 @click.option("--markdown", is_flag=True, help="With --all: every page, as Markdown.")
 def command(codes: tuple[str, ...], everything: bool, markdown: bool) -> None:
     """Explain what the findings with CODE mean, how they are decided, and what to do."""
+    if markdown and not everything:
+        raise UsageError("--markdown is for --all")
+    if everything and codes:
+        raise UsageError("--all explains every code; drop it, or the codes")
     if everything:
         lines = [f"{c}  {e.severity:<8} {e.summary}" for c, e in CODES.items()]
         click.echo(catalogue() if markdown else "\n".join(lines), nl=not markdown)

@@ -9,6 +9,7 @@ and nowhere else.
 from __future__ import annotations
 
 import errno
+import io
 import os
 import sys
 import traceback
@@ -78,6 +79,8 @@ class TcpGroup(click.Group):
     def main(self, *args: Any, **extra: Any) -> Any:
         """Run the command line; always leaves with ``SystemExit``, for tests as for users."""
         extra["standalone_mode"] = False
+        if isinstance(sys.stdout, io.TextIOWrapper):  # a name may hold what the encoding cannot
+            sys.stdout.reconfigure(errors="backslashreplace")
         sys.exit(int(guarded(lambda: super(TcpGroup, self).main(*args, **extra)) or Exit.OK))
 
 

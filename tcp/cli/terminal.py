@@ -95,12 +95,12 @@ def check_outputs(targets: Iterable[tuple[Path, tuple[str, ...]]], sources: Iter
     inputs = {real_path(source) for source in sources}
     seen: set[Path] = set()
     for path, suffixes in targets:
-        if is_stream(path):  # such as /dev/stdout
-            continue
         if path.is_dir():
             raise OutputError(f"cannot write {path}: is a directory")
         if suffixes and not path.name.lower().endswith(suffixes):
             raise UsageError(f"{path}: expected a name that ends in {' or '.join(suffixes)}")
+        if is_stream(path):  # such as /dev/stdout
+            continue
         if path.suffix.lower() == ".png" and find_spec("matplotlib") is None:
             raise UsageError(f"{path}: PNG needs matplotlib: pip install 'tcp-drill[plot]'")
         place = real_path(path)

@@ -105,7 +105,8 @@ def _html_row(entry: Entry) -> str:
 
 
 def _anchor(key: str) -> str:
-    return re.sub(r"[^A-Za-z0-9_.-]", "-", key)
+    """Where a claim stands on the page; no two keys share one."""
+    return re.sub(r"[^A-Za-z0-9.-]", lambda found: f"_{ord(found[0]):x}_", key)
 
 
 def _html_entry(entry: Entry) -> str:
