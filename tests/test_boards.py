@@ -29,13 +29,14 @@ from tcp.boards.machine import Machine, read_machine
 from tcp.boards.optimise import optimise
 from tcp.boards.steady import by_place
 from tcp.boards.stretch import anchored, free_runs
-from tcp.boards.trail import follow, measure, rule_for
+from tcp.boards.trail import Costs, follow, measure, rule_for
 from tcp.cli.main import main
 from tcp.errors import InputError, UsageError
 from tcp.files import gcode
 from tcp.files.excellon import hints, parse, read_program
 from tcp.files.excellon.edit import expand
 from tcp.files.excellon.guard import LostError, compare
+from tcp.report.board import audit
 from tcp.travel import Model, Travel
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -691,6 +692,15 @@ def test_check_tells_both_ends_where_there_is_a_gap(board):
     assert done.exit_code == 1
     found = re.search(r"travels ([\d.]+) to ([\d.]+) times what is needed: ([\d.]+)", done.stdout)
     assert found and 1 < float(found[1]) < float(found[2])
+
+
+@pytest.mark.parametrize(
+    ("bound", "said"), [(995, "2.39 to 2.42 times"), (0, "at least 2.39 times")]
+)
+def test_what_is_proved_is_not_rounded_to_what_is_not(bound, said):
+    found = optimise(program_of("T1\nX0Y0\nX9Y0\n"), FAST)
+    found = replace(found, costs_before=Costs((2399,), 0), costs_after=Costs((1000,), 0))
+    assert said in audit(replace(found, bound=bound))
 
 
 def test_copies_of_a_private_board_are_private(board):

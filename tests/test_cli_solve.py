@@ -446,6 +446,10 @@ def test_info_describes_a_workpiece(tmp_path):
     assert data["diameters_mm"] == {"1.016": 2, "none": 1} and data["tools"] == {"T1": 2, "none": 1}
     assert data["coincident"] == 1 and data["file_order"] == "50.8"
     text = tcp("info", path).stdout
+    path.write_text("id,x,y,dia,tool\nA,1,2,10,T10\nB,3,2,0.25,T2\nC,3,3,2,T1\n")
+    data = json.loads(tcp("info", "--json", path).stdout)
+    assert list(data["diameters_mm"]) == ["0.25", "2", "10"]
+    assert list(data["tools"]) == ["T1", "T2", "T10"]
     assert "T1 (2 holes)" in text and "none (1 hole)" in text and "coincident" in text
 
 

@@ -98,10 +98,12 @@ def audit(board: Board) -> str:
     if not before or before == bound:
         return f"this file travels no more than what is needed (proved){given}"
     if not bound:
+        least = hundredths(100 * before // after)
         return f"this file travels at least {least} times what is needed{given}; no bound is known"
     if least == most:
         return f"this file travels {least} times what is needed (proved){given}"
     unit = board.wishes.machine.unit
+    least, most = hundredths(100 * before // after), hundredths(-(-100 * before // bound))
     return (
         f"this file travels {least} to {most} times what is needed{given}: {amount(board, after)} "
         f"{unit} are enough, less than {amount(board, bound)} {unit} are proved impossible"
@@ -159,6 +161,11 @@ def conclusions(board: Board, written: Path | None) -> list[str]:
 def factor(cost: int, base: int) -> str:
     """How many times ``base`` is in ``cost``."""
     return f"{cost / base:.2f}" if base else "-"
+
+
+def hundredths(number: int) -> str:
+    """So many hundredths: for figures that are proved and must not be rounded to the nearest."""
+    return f"{number // 100}.{number % 100:02}"
 
 
 def job_time(board: Board, travel: int) -> Fraction:
