@@ -413,3 +413,19 @@ def test_without_time_for_a_survey_a_large_board_gets_the_curve(monkeypatch):
     assert hasty.status is Status.FEASIBLE and hasty.stopped is StopReason.TIME
     assert hasty.route[0] == 7
     assert hasty.cost > solve(instance, "local-search", stop=Stop(iterations=0)).cost
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_holes_at_one_place_are_candidates_of_each_other_in_turn(model):
+    piece, pile = scattered(200, 5), 300
+    x, y = (np.append(v, np.full(pile, v[7])) for v in (piece.x, piece.y))
+    ids = tuple(map(str, range(x.size)))
+    form = Instance(Workpiece("pile", ids, x, y), Travel(model), Ends(closed=True)).form
+    ground = survey(form, 6)
+    there = [v for v, hole in enumerate(ground.label) if (x[hole], y[hole]) == (x[7], y[7])]
+    seen = set(ground.near[there].ravel().tolist())
+    assert seen.issuperset(there)
+    costs = form.full_matrix()[np.ix_(ground.label, ground.label)]
+    np.fill_diagonal(costs, np.iinfo(np.int64).max)
+    for v in set(range(form.size)).difference(there):
+        assert ground.dist[v, :3].tolist() == sorted(costs[v].tolist())[:3]

@@ -22,6 +22,9 @@ CHUNK = 65_536
 LOOK = 3
 """How many times the wanted neighbours are looked at, to find some in every quadrant."""
 
+PILE = 50
+"""Most holes at one place that a k-d tree of places copes with: it looks at all of them."""
+
 
 def scales(rule: CostRule) -> tuple[float, float, float]:
     """Factors for x and y and the exponent p with which the p-norm ranks like the rule.
@@ -42,9 +45,26 @@ def scales(rule: CostRule) -> tuple[float, float, float]:
 
 
 def points(ground: Ground, nodes: Any) -> tuple[NDArray[np.float64], float]:
-    """Scaled coordinates of nodes and the exponent of the norm that ranks them."""
+    """Scaled coordinates of nodes and the exponent of the norm that ranks them.
+
+    Where many nodes lie at one place, a third coordinate tells them apart: it is less than
+    any step, so that only nodes of one place are ranked by it.
+    """
     fx, fy, p = ground.scales
-    return ground.xy[nodes] * (fx, fy), p
+    xy = ground.xy[nodes]
+    height = _heights(xy)
+    if height.max(initial=0) < PILE:
+        return xy * (fx, fy), p
+    return np.column_stack([xy * (fx, fy), height * (min(fx, fy) / (2 * height.size))]), p
+
+
+def _heights(xy: Ints) -> Ints:
+    """How many nodes lie at the same place before each."""
+    order = np.lexsort((xy[:, 1], xy[:, 0]))
+    new = np.append(True, (np.diff(xy[order], axis=0) != 0).any(axis=1))
+    height = np.empty(order.size, np.int64)
+    height[order] = np.arange(order.size) - np.maximum.accumulate(np.arange(order.size) * new)
+    return height
 
 
 def hilbert_order(form: TourForm) -> Ints:
