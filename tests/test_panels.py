@@ -15,7 +15,14 @@ from tcp.boards.board import Wishes
 from tcp.boards.effort import Effort
 from tcp.boards.optimise import optimise
 from tcp.files.drilling import read_drilling
-from tcp.heuristics.local_search.linking import Path, board_form, choose, panel_of, ways
+from tcp.heuristics.local_search.linking import (
+    Path,
+    board_form,
+    choose,
+    linked_tour,
+    panel_of,
+    ways,
+)
 from tcp.heuristics.panels import Panel, find_panel
 from tcp.result import Status
 from tcp.solve import solve
@@ -180,6 +187,22 @@ def test_a_panel_costs_its_boards_and_their_links():
     result = solve(Instance(piece(px, py)), "local-search", stop=Stop(iterations=3000))
     order = np.asarray(result.route) * 0 + np.array([px[h] // 5000 for h in result.route])
     assert (np.diff(order) != 0).sum() == 2
+
+
+def test_without_time_the_board_is_searched_once():
+    form = Instance(piece(*planted(*board(40), 2, 2))).form
+    clock, searched = Clock(Stop()), []
+
+    def improve(form, tour, clock, kicks):
+        searched.append(form)
+        return [*range(form.size)]
+
+    linked_tour(form, panel_of(form), improve, clock, None)
+    assert len(searched) > 1
+    clock.interrupt()
+    searched.clear()
+    tour = linked_tour(form, panel_of(form), improve, clock, None)
+    assert len(searched) == 1 and sorted(tour) == list(range(form.size))
 
 
 def test_rules_between_holes_stand_in_the_way():

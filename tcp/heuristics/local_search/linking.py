@@ -98,6 +98,8 @@ def board_paths(
     effort = [0.5, *(0.5 / max(1, len(pairs)) for _ in pairs)]
     paths: list[Path] = []
     for part, ends in zip(effort, [None, *pairs], strict=True):
+        if paths and clock.over:  # even to survey a large board takes its time
+            break
         wanted = board if ends is None else replace(board, forced=tuple((e, n) for e in ends))
         share = SHARE * part
         time = clock.stop.time
