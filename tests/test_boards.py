@@ -21,6 +21,7 @@ from click.testing import CliRunner
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from tcp.boards import chain
 from tcp.boards.board import Wishes
 from tcp.boards.bound import nearest
 from tcp.boards.chain import Candidate, ToolOrder, any_order, in_order, linker
@@ -37,6 +38,8 @@ from tcp.files.excellon import hints, parse, read_program
 from tcp.files.excellon.edit import expand
 from tcp.files.excellon.guard import LostError, compare
 from tcp.report.board import audit
+from tcp.result import Status
+from tcp.solve import solve
 from tcp.travel import Model, Travel
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -380,6 +383,18 @@ def test_many_tools_change_places_too():
     program = parse((head + body + "M30\n").encode(), "board.drl")
     board = optimise(program, replace(FAST, tool_order=ToolOrder.OPTIMISE))
     assert board.costs_after.total == 1550 and board.bound == 1550
+
+
+def test_the_order_of_very_many_tools_is_proved_and_does_not_wait_for_a_limit(monkeypatch):
+    found = []
+    monkeypatch.setattr(chain, "LINK_TIME", 60.0)
+    monkeypatch.setattr(chain, "solve", lambda *a, **k: found.append(solve(*a, **k)) or found[-1])
+    places = np.random.default_rng(3).permutation(30).tolist()
+    parts = [[Candidate(1, (100 * p, 0), (100 * p + 50, 0))] for p in places]
+    rule = Travel(Model.SIMULTANEOUS).rule(Fraction(1), (3000, 1), 100)
+    order = chain._many(parts, Fraction(1), (None, (4000, 0)), rule)
+    assert [places[i] for i in order] == list(range(30))
+    assert found[0].status is Status.OPTIMAL
 
 
 def test_tools_stay_where_a_line_between_them_matters():
