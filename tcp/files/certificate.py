@@ -41,9 +41,6 @@ VERSION = 2
 NOWHERE = np.zeros((), dtype=np.int64)
 """What the potentials of the first dual vector are coded against."""
 
-MAX_BYTES = 2**28
-"""Largest certificate that is read, uncompressed (256 MiB)."""
-
 
 @dataclass(frozen=True, eq=False)
 class Duals:
@@ -366,27 +363,6 @@ def write(
 
     write_file(path, gzip.compress(data, mtime=0), unzipped)
     return path
-
-
-def read(path: str | Path) -> Certificate:
-    """Read a certificate file, gzipped or not.
-
-    Raises
-    ------
-    InputError
-        If the file is missing, too large or malformed.
-    """
-    path = Path(path)
-    try:
-        with path.open("rb") as raw:
-            zipped = raw.read(2) == b"\x1f\x8b"
-        with gzip.open(path) if zipped else path.open("rb") as stream:
-            data = stream.read(MAX_BYTES + 1)
-        if len(data) > MAX_BYTES:
-            raise InputError(f"a certificate has at most {MAX_BYTES} bytes", path)
-        return from_text(data.decode(), path)
-    except (OSError, EOFError, UnicodeDecodeError) as error:
-        raise InputError(f"cannot read the certificate ({error})", path) from None
 
 
 def _cut_data(cut: tuple[int, ...] | Weighted) -> Any:

@@ -288,13 +288,25 @@ def test_states_of_other_instances_are_refused(tmp_path):
 
     path = tmp_path / "state.json"
     stopped_after(many_nodes(), path, 1)
-    with pytest.raises(InputError, match="another workpiece"):
+    with pytest.raises(InputError, match="another instance"):
         solve(Instance(scattered(20, 1)), "branch-and-cut", resume=path)
     path.write_text("{}")
     with pytest.raises(InputError):
         solve(many_nodes(), "branch-and-cut", resume=path)
     with pytest.raises(InputError):
         solve(many_nodes(), "branch-and-cut", resume=tmp_path / "absent.json")
+
+
+def test_a_damaged_state_is_refused(tmp_path):
+    from tcp.errors import InputError
+
+    instance, path = Instance(scattered(20, 1)), tmp_path / "state.json.gz"
+    stopped_after(instance, path, 1)
+    data = path.read_bytes()
+    for damaged in (data[: len(data) // 2], data[:40] + b"\xff\xff\xff" + data[43:], data[:2]):
+        path.write_bytes(damaged)
+        with pytest.raises(InputError, match=r"state\.json\.gz"):
+            solve(instance, "branch-and-cut", resume=path)
 
 
 FIVE = Workpiece("five", tuple("12345"), np.array([1, 3, 5, 3, 1]), np.array([2, 1, 2, 3, 4]))

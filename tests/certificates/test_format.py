@@ -18,10 +18,10 @@ from tcp.files.certificate import (
     Pool,
     SetBranch,
     from_text,
-    read,
     to_text,
     write,
 )
+from tcp.validate.certificate import unzip
 
 FIVE = Workpiece.from_decimals("five", [("1", "2"), ("3", "1"), ("5", "2"), ("3", "3"), ("1", "4")])
 
@@ -53,7 +53,7 @@ def sample() -> Certificate:
 @pytest.mark.parametrize("name", ["a.cert.json", "a.cert.json.gz"])
 def test_what_is_written_is_read(tmp_path, name):
     proof = sample()
-    again = read(write(proof, tmp_path / name))
+    again = from_text(unzip(write(proof, tmp_path / name)).decode())
     assert to_text(again) == to_text(proof)
     assert [p.name for p in tmp_path.iterdir()] == [name]
     assert again.cuts == ((0, 1, 2, 3), (0,)) and len(again.sets) == 5
@@ -94,13 +94,9 @@ def test_nodes_that_are_no_tree_are_refused(child):
 
 
 @pytest.mark.parametrize("text", ["", "[]", "{}", '{"format":"x"}', "[" * 100_000])
-def test_other_texts_are_refused(text, tmp_path):
+def test_other_texts_are_refused(text):
     with pytest.raises(InputError):
         from_text(text)
-    file = tmp_path / "x.gz"
-    file.write_bytes(b"\x1f\x8b" + text.encode())
-    with pytest.raises(InputError, match=r"x\.gz"):
-        read(file)
 
 
 def test_ends_and_rules_are_told_by_hole_id():

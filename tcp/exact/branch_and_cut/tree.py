@@ -83,7 +83,6 @@ class Tree:
     used: Ints = field(default_factory=lambda: np.zeros(0, np.int64))
     heap: list[tuple[int, int, int]] = field(default_factory=list)
     root_duals: Duals | None = None
-    root_scaled: int = 0
     stopped: bool = False
     processed: int = 0
     stuck: bool = False
