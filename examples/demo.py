@@ -51,6 +51,9 @@ def main() -> int:
     """Print the table; 0 if every solver proved every optimum and all agree."""
     started = time.monotonic()
     solvers = [name for name in PROVERS if name in SOLVERS]
+    print("Shortest drilling orders (open path, any start and end, axes at 1 mm/s), proved by")
+    print("every exact model; seconds to the proof (a solver's first row includes its loading).")
+    print("The first run on a machine compiles for a minute or two.\n", flush=True)
     rows, good = [], True
     for piece in PIECES:
         for case in CASES:
@@ -58,8 +61,6 @@ def main() -> int:
             rows.append(line)
             good &= agreed
     header = ["workpiece", "holes", "case", "travel", "shortest time", *solvers]
-    print("Shortest drilling orders (open path, any start and end, axes at 1 mm/s), proved by")
-    print("every exact model; seconds to the proof (a solver's first row includes its loading).\n")
     print(columns(header, rows))
     print(f"\nAll solvers agree: {'yes' if good else 'NO'}. ", end="")
     print(f"Total {time.monotonic() - started:.1f} s. Next: tcp solve --exact data/wp3.csv")

@@ -12,7 +12,6 @@ from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from functools import cache
 from importlib import import_module
-from importlib.metadata import PackageNotFoundError, version
 from numbers import Integral, Real
 from pathlib import Path
 from types import FrameType, ModuleType
@@ -127,7 +126,11 @@ def solve(
     if exact and "exact" in inspect.signature(module.run).parameters:
         options["exact"] = True
     clock, trace = Clock(stop or Stop()), _Trace(report)
-    with interruptible(clock), compiling_is_free(clock):
+
+    def compiling() -> None:
+        report(Progress(clock.elapsed, note="compiling, once on this machine"))
+
+    with interruptible(clock), compiling_is_free(clock, compiling):
         try:
             outcome: Outcome = module.run(
                 instance, rng=np.random.default_rng(seed), clock=clock, report=trace, **options
@@ -468,6 +471,8 @@ def versions(libraries: tuple[str, ...] = ()) -> dict[str, str]:
 
 @cache
 def _installed(package: str) -> str:
+    from importlib.metadata import PackageNotFoundError, version  # a tenth of the time to load tcp
+
     try:
         return version(package)
     except PackageNotFoundError:

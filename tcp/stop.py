@@ -150,10 +150,10 @@ class Clock:
 
 
 @contextmanager
-def compiling_is_free(clock: Clock) -> Iterator[None]:
+def compiling_is_free(clock: Clock, told: Callable[[], None] = lambda: None) -> Iterator[None]:
     """The clock stands still whenever numba compiles: that happens once a machine.
 
-    Costs nothing where numba is not loaded.
+    ``told`` hears of it, for it may take minutes.  Costs nothing where numba is not loaded.
     """
     if "numba" not in sys.modules:
         yield
@@ -163,6 +163,7 @@ def compiling_is_free(clock: Clock) -> Iterator[None]:
     class Pause(event.Listener):  # type: ignore[misc]
         def on_start(self, event: Any) -> None:
             clock.pause()
+            told()
 
         def on_end(self, event: Any) -> None:
             clock.resume()

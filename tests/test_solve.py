@@ -204,11 +204,26 @@ def test_compiling_costs_no_time():
     def outer(x):
         return inner(x) * 2  # compiles within the compilation of outer
 
-    with compiling_is_free(clock):
+    heard = []
+    with compiling_is_free(clock, lambda: heard.append(clock.elapsed)):
         outer(3)
+    assert heard == [1, 1]
     assert clock.elapsed == 2  # asked at 0, paused at 1, resumed at 2, asked again at 3
     outer(3.5)
-    assert clock.elapsed == 3  # nobody listens any more
+    assert clock.elapsed == 3 and heard == [1, 1]  # nobody listens any more
+
+
+def test_compiling_is_told(fake):
+    import numba
+
+    def run(instance, *, rng, clock, report):
+        numba.njit(lambda x: x + 1)(3)
+        return Outcome((0, 1, 2))
+
+    fake(run)
+    seen = []
+    facade.solve(THREE, "fake", report=seen.append)
+    assert [news.note for news in seen] == ["compiling, once on this machine"]
 
 
 def test_a_paused_clock_stands_still_however_often_it_is_paused():
