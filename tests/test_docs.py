@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import doctest
 import re
 import sys
 import textwrap
@@ -9,6 +10,7 @@ import tomllib
 import types
 from collections.abc import Iterator
 from fractions import Fraction
+from importlib import import_module
 from pathlib import Path
 
 import click
@@ -95,6 +97,12 @@ def test_the_readmes_python_works(monkeypatch, capsys):
     code = re.search(r"```python\n(.*?)```", document("README.md"), re.S)
     exec(code[1], {})
     assert len(capsys.readouterr().out.split(",")) == 14
+
+
+@pytest.mark.parametrize("name", ["tcp", "tcp.validate.claim"])
+def test_the_examples_of_docstrings_work(name):
+    failed, tried = doctest.testmod(import_module(name))
+    assert tried and not failed
 
 
 def test_the_solver_of_contributing_works(monkeypatch):

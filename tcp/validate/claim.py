@@ -117,8 +117,13 @@ def validate(
     --------
     >>> from tcp import Instance, Workpiece
     >>> piece = Workpiece.from_decimals("three", [("0", "0"), ("1", "0"), ("2", "0")])
-    >>> validate(Instance(piece), "1 2 2", claimed="2").codes()
-    ['TCP101', 'TCP102', 'TCP201']
+    >>> verdict = validate(Instance(piece), "1 2 2", claimed="7")
+    >>> for finding in verdict.findings:
+    ...     print(finding.code, finding.message)
+    TCP101 hole 2 is drilled more than once: at places 2 and 3
+    TCP102 hole 3 is never drilled
+    TCP201 claimed 7, but the sequence, walked as written, takes 1 (+6)
+    TCP304 no certificate bounds three with these moves and ends
     """
     order = order_of(route, instance.workpiece, numbering)
     printed = claimed if claimed is None or isinstance(claimed, Printed) else parse_printed(claimed)
