@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import doctest
 import re
+import shlex
 import sys
 import textwrap
 import tomllib
@@ -16,7 +17,8 @@ from pathlib import Path
 import click
 import pytest
 
-from tcp import Instance, solve
+from tcp import Instance, Model, __version__, solve
+from tcp.boards.machine import read_machine
 from tcp.cli.main import COMMANDS, main
 from tcp.errors import Exit
 from tcp.files import read
@@ -78,6 +80,42 @@ def test_every_option_is_documented():
             if not re.search(rf"(?<![\w-]){option.opts[0]}(?![\w-])", text)
         ]
     assert missing == []
+
+
+def calls() -> Iterator[tuple[str, list[str]]]:
+    """Every call of ``tcp`` that a page shows to be pasted."""
+    for page in ("README.md", "docs/guide.md", "docs/oracle.md", "docs/cli.md"):
+        for line in re.findall(r"^(?:    |.*run: |.*`)tcp ([a-z][^`#\n]*)", document(page), re.M):
+            words = shlex.split(line)
+            about_a_file = any(re.search(r"[\w*]\.\w", word) for word in words)
+            if about_a_file and not re.search(r"[\[(|]|\b[A-Z]{4}", line):
+                yield page, words
+
+
+def test_the_calls_that_are_shown_fit_together():
+    """They are parsed, not made: their options exist and take such values."""
+    shown = list(calls())
+    assert len({page for page, _ in shown}) == 4 and len(shown) > 15
+    for page, (name, *words) in shown:
+        command = main.get_command(click.Context(main), name)
+        assert command is not None, (page, name)
+        if isinstance(command, click.Group):
+            command = command.commands[words.pop(0)]
+        command.make_context(name, words)
+        for file in re.findall(r"(?<!\S)(?:data|examples)/[\w./-]+", " ".join(words)):
+            assert "optimized" in file or (ROOT / file).exists(), (page, file)
+
+
+def test_the_machine_of_the_guide_is_one(tmp_path):
+    profile = tmp_path / "machine.toml"
+    profile.write_text(re.search(r"```toml\n(.*?)```", document("docs/guide.md"), re.S)[1])
+    machine = read_machine(profile)
+    assert machine.timed and machine.travel.model is Model.TRAPEZOIDAL
+
+
+def test_the_citation_names_this_version():
+    for page, pattern in (("CITATION.cff", "version: {}\n"), ("docs/guide.md", "= {{{}}}")):
+        assert pattern.format(__version__) in document(page)
 
 
 def test_the_layers_are_those_of_the_contract():
