@@ -18,6 +18,7 @@ import pytest
 from click.testing import CliRunner
 
 from tcp.cli.main import main
+from tcp.cli.options import setting
 from tcp.files import read
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -304,6 +305,15 @@ def on_pty(words):
     reader.join(timeout=10)
     os.close(ours)
     return code, b"".join(seen).decode()
+
+
+@pytest.mark.parametrize(
+    ("text", "value"),
+    [("3", 3), ("-2", -2), ("1e3", 1e3), ("true", True), ("ox", "ox"), ("a=b", "a=b")],
+)
+def test_a_setting_is_a_number_where_it_looks_like_one(text, value):
+    key, found = setting(f"np-size={text}")
+    assert (key, found, type(found)) == ("np_size", value, type(value))
 
 
 def test_a_terminal_has_a_live_line_and_a_pipe_has_none():

@@ -52,6 +52,8 @@ def test_ids_are_unique_and_there_is_a_hole():
 
 def test_coincident_holes_are_reported():
     assert board(("0", "0"), ("1", "0"), ("0.0", "0")).coincident == (("1", "3"),)
+    places = ("1", "0", "1", "2", "0", "1", "3")
+    assert board(*((x, "5") for x in places)).coincident == (("1", "3", "6"), ("2", "5"))
 
 
 def path_cost(instance: Instance, order: tuple[int, ...]) -> Fraction:
