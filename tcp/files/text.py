@@ -42,21 +42,22 @@ def read_lines(path: Path) -> list[str]:
     return text.replace("\r\n", "\n").replace("\r", "\n").removesuffix("\n").split("\n")
 
 
-def read_bounded(path: Path) -> bytes:
-    """All bytes of a file of at most :data:`MAX_BYTES`.
+def read_bounded(path: Path, what: str = "file", most: int | None = None) -> bytes:
+    """All bytes of a file of at most ``most`` bytes, :data:`MAX_BYTES` unless it is given.
 
     Raises
     ------
     InputError
         If it cannot be read or is larger.
     """
+    most = MAX_BYTES if most is None else most
     try:
         with path.open("rb") as file:
-            data = file.read(MAX_BYTES + 1)
+            data = file.read(most + 1)
     except OSError as error:
         raise InputError(f"cannot be read: {system_reason(error)}", path) from None
-    if len(data) > MAX_BYTES:
-        raise InputError(f"the file is larger than {MAX_BYTES // 2**20} MiB", path)
+    if len(data) > most:
+        raise InputError(f"the {what} is larger than {most >> 20} MiB", path)
     return data
 
 
@@ -77,13 +78,7 @@ def read_text(path: Path, what: str, form: str, most: int) -> str:
     InputError
         If it cannot be read, is larger, binary or not UTF-8.
     """
-    try:
-        with path.open("rb") as file:
-            data = file.read(most + 1)
-    except OSError as error:
-        raise InputError(f"cannot be read: {error.strerror or error}", path) from None
-    if len(data) > most:
-        raise InputError(f"more than {most >> 20} MiB; a {what} is smaller", path)
+    data = read_bounded(path, what, most)
     if b"\0" in data:
         raise InputError(f"is binary; expected {form}", path)
     try:
