@@ -21,7 +21,7 @@ import bmga
 
 from tcp import Instance, solve
 from tcp.experiments.journal import Journal, Run
-from tcp.experiments.run import conduct, optima
+from tcp.experiments.run import conduct, optima, rehearse
 from tcp.experiments.spec import ROWS, Experiment, load
 from tcp.experiments.statistics import Summary, summarise
 from tcp.experiments.table import markdown, whole_report
@@ -75,6 +75,7 @@ def conduct_all(arguments: argparse.Namespace, journal: Journal) -> None:
     """Make the runs that are missing."""
     for experiment in experiments(arguments.tables or (*RUNS, *READINGS), arguments.runs):
         began = time.perf_counter()
+        rehearse(experiment, journal)
         conduct(experiment, optima(experiment), journal, fleet=Fleet(jobs=arguments.jobs))
         print(f"{experiment.title}: {time.perf_counter() - began:.0f} s", flush=True)
 

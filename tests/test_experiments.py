@@ -384,7 +384,7 @@ def test_a_folder_that_takes_no_file_is_told_before_any_run(small, tmp_path):
         Journal(folder / "x" / "j.jsonl").prepare()
     alone = replace(experiment.columns[2], options={"np": 2})
     with pytest.raises(InputError, match=r"small\.toml: column 'GA': htga needs np >= 4"):
-        conduct(replace(experiment, columns=(alone,)), optima(experiment), Journal(tmp_path / "j"))
+        rehearse(replace(experiment, columns=(alone,)), Journal(tmp_path / "j"))
 
 
 def test_a_journal_without_curves_keeps_every_table(small, tmp_path):

@@ -116,9 +116,7 @@ def conduct(
     Raises
     ------
     UsageError
-        If the fleet cannot be reached.
-    InputError
-        If an option is out of range (:func:`rehearse`).
+        If the fleet cannot be reached, or a solver refuses what :func:`rehearse` would have told.
     FleetError
         If it is lost; the runs that came back are in the journal.
     OutputError
@@ -131,7 +129,6 @@ def conduct(
     told(finished, len(wanted))
     if missing:
         journal.prepare()
-        rehearse(experiment, journal)
         tasks = [(key, c, seed, known[c.instance.sha256].cost) for key, c, seed in missing]
         for _, run in (fleet or Fleet()).run(one_run, tasks):
             journal.append(run)
