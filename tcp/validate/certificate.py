@@ -197,7 +197,7 @@ class Problem:
         data, travel = self.data, self.data["travel"]
         self.model, rounding = str(travel.get("model"))[:60], travel.get("rounding", "nearest")
         demand(self.model in MODELS, f"unknown travel model {self.model!a}")
-        fields(travel, f"model {MODELS[self.model]}", "rounding")
+        fields(travel, f"model {MODELS[self.model]}", "rounding" * (self.model in AXES))
         axes = travel.get("axes", self.model if self.model in AXES else "sequential")
         demand(axes in AXES and rounding in ("nearest", "up"), "unknown axes or rounding")
         self.up, self.join, self.quantum = rounding == "up", AXES[axes], fraction(data["quantum"])

@@ -105,6 +105,10 @@ def branch(data: Data) -> Data:
     return next(node for node in data["tree"] if "children" in node)
 
 
+def half_seconds(data: Data) -> None:
+    data["instance"] |= {"travel": {"model": "explicit", "rounding": "up"}, "quantum": "1/2"}
+
+
 def no_potentials(data: Data) -> None:
     leaf = data["tree"][-1]["leaf"]
     leaf["pi"] = [0] * len(leaf["pi"])
@@ -209,6 +213,7 @@ MALFORMED: dict[str, tuple[str, Callable[[Data], None]]] = {
     "coordinate-2-to-60": ("five", put("instance", "x", 0, value=2**60)),
     "speed-zero": ("five", put("instance", "travel", "vx", value="0")),
     "speed-as-number": ("five", put("instance", "travel", "vx", value=1)),
+    "matrix-in-half-seconds": ("matrix", half_seconds),
     "step-with-exponent": ("five", put("instance", "step", value="1e5000")),
     "step-with-endless-exponent": ("five", put("instance", "step", value="1e99999999")),
     "step-as-list": ("five", put("instance", "step", value=["1"])),
