@@ -123,6 +123,9 @@ def solve(
         from tcp.files.certifiable import certifiable
 
         certifiable(instance)
+        refusal = refuses(ENGINE, instance)
+        if refusal:
+            raise UsageError(f"no certificate of {instance.name}: {ENGINE} makes it, and {refusal}")
     if exact and "exact" in inspect.signature(module.run).parameters:
         options["exact"] = True
     clock, trace = Clock(stop or Stop()), _Trace(report)
@@ -138,11 +141,11 @@ def solve(
         except MemoryError:
             raise UsageError(f"{name} needs more memory than there is") from None
         if certificate is not None and outcome.evidence is None:
-            outcome = _with_evidence(instance, name, outcome, seed, clock, trace)
+            outcome = _with_evidence(instance, outcome, seed, clock, trace)
     if why:
         outcome = replace(outcome, details={"auto": f"{name}: {why}", **outcome.details})
     result = _checked(instance, name, entry, outcome, seed, clock.elapsed, tuple(trace.kept))
-    if certificate is None or outcome.evidence is None:
+    if certificate is None:
         return result
     return _certified(result, outcome.evidence, Path(certificate))
 
@@ -152,13 +155,10 @@ ENGINE = "branch-and-cut"
 
 
 def _with_evidence(
-    instance: Instance, name: str, outcome: Outcome, seed: int, clock: Clock, report: Report
+    instance: Instance, outcome: Outcome, seed: int, clock: Clock, report: Report
 ) -> Outcome:
     """A solver's outcome with a certificate that the proof engine made, starting from its route."""
-    module = import_module(SOLVERS[ENGINE].module)
-    if name == ENGINE or refuses(ENGINE, instance):
-        return outcome
-    proved: Outcome = module.run(
+    proved: Outcome = import_module(SOLVERS[ENGINE].module).run(
         instance,
         rng=np.random.default_rng(seed),
         clock=clock,

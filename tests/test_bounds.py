@@ -223,6 +223,24 @@ def test_tcp_bound_refuses_nonsense(five, tmp_path):
     code, text = run(five, "--start", "9")
     assert code == 2 and "no hole '9'" in text
     assert run(five, five, "--certificate", tmp_path / "one.json")[0] == 2
+    code, text = run(five, "--method", "lp", "--iterations", "9")
+    assert code == 2 and "--iterations counts the trees of one-tree" in text
+
+
+def test_tcp_bound_says_that_there_is_no_route(tmp_path):
+    """Four holes that only nearer ones could follow: the lp proves it, and its certificate too."""
+    board, proof = tmp_path / "b.csv", tmp_path / "b.json"
+    board.write_text("id,x,y\n1,0,0\n2,1,0\n3,0,1\n4,1,1\n")
+    code, text = run(board, "--method", "lp", "--min-jump", "2", "--certificate", proof)
+    assert code == 4 and "no route satisfies its ends and rules (proved)" in text
+    assert checker.check(checker.unzip(proof)).lower is None
+
+
+def test_tcp_bound_refuses_too_large_a_certificate_before_any_work(five, tmp_path, monkeypatch):
+    monkeypatch.setattr("tcp.bounds.evidence.LARGEST", 5)
+    monkeypatch.setattr("tcp.bounds.one_tree.one_tree_bound", None)
+    code, text = run(five, "--certificate", tmp_path / "five.json")
+    assert code == 2 and "certificates of 1-tree bounds are for up to 5 nodes" in text
 
 
 @pytest.mark.parametrize(

@@ -176,6 +176,15 @@ def test_states_of_rules_that_certificates_do_not_know_are_refused(tmp_path):
     assert done.exit_code == 2 and not state.exists()
 
 
+def test_certificates_of_too_many_holes_are_refused_before_the_work(tmp_path, monkeypatch):
+    """The route came out without one, and without a word."""
+    monkeypatch.setattr("tcp.exact.branch_and_cut.run.LARGEST", 5)
+    proof = tmp_path / "proof.json"
+    done = tcp("solve", "--solver", "held-karp", "--certificate", proof, DATA / "wp1.csv")
+    assert done.exit_code == 2 and done.stdout == ""
+    assert "no certificate of wp1: branch-and-cut makes it, and it takes up to 5" in done.stderr
+
+
 def test_several_certificates_need_a_directory(tmp_path):
     files = [DATA / "wp1.csv", DATA / "five.csv"]
     assert tcp("solve", "--exact", "--certificate", tmp_path / "one.json", *files).exit_code == 2

@@ -47,9 +47,7 @@ def bound_certificate(
     UsageError
         For more than :data:`LARGEST` nodes.
     """
-    form = instance.form
-    if form.size > LARGEST:
-        raise UsageError(f"certificates of 1-tree bounds are for up to {LARGEST} nodes")
+    small_enough(instance)
     pool, cuts = Pool(), []
     doubled = 2 * bound.potentials
     if len(bound.tree):
@@ -66,6 +64,18 @@ def bound_certificate(
     return Certificate.for_instance(
         instance, lower=bound.value, route=route, pool=pool, tree=[Leaf(duals)]
     )
+
+
+def small_enough(instance: Instance) -> None:
+    """See before the work that there can be a certificate of it.
+
+    Raises
+    ------
+    UsageError
+        For more than :data:`LARGEST` nodes.
+    """
+    if instance.form.size > LARGEST:
+        raise UsageError(f"certificates of 1-tree bounds are for up to {LARGEST} nodes")
 
 
 def _level(instance: Instance, bound: Bound, root: int) -> int:

@@ -11,9 +11,9 @@ import click
 from tcp.cli.main import complain
 from tcp.cli.options import READ, Problem, problem_options
 from tcp.cli.terminal import PROOF, PROOF_ENDINGS, check_outputs, output_path, tell
-from tcp.errors import Exit, TcpError
+from tcp.errors import Exit, InfeasibleError, TcpError, UsageError
 from tcp.instance import Instance
-from tcp.result import decimal
+from tcp.result import Status, decimal
 from tcp.stop import Clock, Stop
 
 EPILOG = """\b
@@ -73,6 +73,8 @@ def bounded(
     seed: int,
 ) -> dict[str, Any]:
     """The bound of an instance by one of the methods, as plain data."""
+    if method == "lp" and iterations is not None:
+        raise UsageError("--iterations counts the trees of one-tree; lp has none")
     if proof is not None:
         from tcp.files.certifiable import certifiable
 
@@ -93,11 +95,13 @@ def bounded(
 
 
 def _one_tree(instance: Instance, proof: Path | None, clock: Clock, iterations: int | None) -> int:
+    from tcp.bounds.evidence import bound_certificate, small_enough
     from tcp.bounds.one_tree import one_tree_bound
 
+    if proof is not None:
+        small_enough(instance)
     found = one_tree_bound(instance, iterations=iterations, clock=clock)
     if proof is not None:
-        from tcp.bounds.evidence import bound_certificate
         from tcp.files.certificate import write
         from tcp.validate.certificate import check
 
@@ -114,13 +118,16 @@ def _linear(instance: Instance, proof: Path | None, limit: float | None, seed: i
     from tcp.solve import solve
 
     stop = Stop(time=limit, iterations=1)
-    return solve(instance, "branch-and-cut", stop=stop, seed=seed, certificate=proof).bound
+    result = solve(instance, "branch-and-cut", stop=stop, seed=seed, certificate=proof)
+    if result.status is Status.INFEASIBLE:
+        raise InfeasibleError(f"{instance.name}: no route satisfies its ends and rules (proved)")
+    return result.bound
 
 
 def _sentence(data: dict[str, Any]) -> str:
     about = data["instance"]
     if data["bound"] is None:
-        return f"{about['name']}: no bound within the limit, or no route at all"
+        return f"{about['name']}: no bound within the limit"
     return (
         f"{about['name']}: every route takes at least {data['bound']} s "
         f"({data['quanta']} quanta of {about['quantum']} s; {data['method']}, "
