@@ -15,6 +15,7 @@ from tcp.cli.main import complain
 from tcp.cli.options import READ, Problem, number, problem_options, setting
 from tcp.cli.terminal import PROOF, PROOF_ENDINGS, check_outputs, on_terminal, output_path, tell
 from tcp.errors import Exit, TcpError, UsageError
+from tcp.files.write import is_stream, real_path
 from tcp.instance import Instance
 from tcp.report.data import result_data
 from tcp.report.route import save_route
@@ -202,6 +203,8 @@ def command(
     run = Run(solver=solver, settings=own, live=not as_json and on_terminal(), **how)
     outputs = Outputs(as_json, out, plot, certificate, len(files) > 1)
     outputs.check(files, save_state)
+    if save_state is not None:
+        keep_state(save_state, resume)
     worst = Exit.OK
     for path in files:
         try:
@@ -216,6 +219,20 @@ def command(
         if result.stopped is StopReason.INTERRUPTED:
             break
     return worst
+
+
+def keep_state(state: Path, resume: Path | None) -> None:
+    """See that a new proof does not replace the state of another: hours of work may be in it.
+
+    Raises
+    ------
+    UsageError
+        If there is a state that is not the one to resume.
+    """
+    if is_stream(state) or not state.exists() or not state.stat().st_size:
+        return
+    if resume is None or real_path(resume) != real_path(state):
+        raise UsageError(f"{state} exists; --resume it to go on, or remove it to begin anew")
 
 
 def solver_options(settings: tuple[str, ...]) -> dict[str, Any]:

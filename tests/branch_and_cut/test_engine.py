@@ -396,6 +396,13 @@ def test_states_on_the_command_line(tmp_path):
         main, ["solve", "--exact", "--time-limit", "0", "--save-state", state, board]
     )
     assert first.exit_code == Exit.NO_PROOF
+    before = (tmp_path / "s.json.gz").read_bytes()
+    for other in ([], ["--resume", proof]):  # the first command again: it lost the state
+        again = CliRunner().invoke(main, ["solve", "--save-state", state, *other, board])
+        assert again.exit_code == Exit.USAGE and "--resume it to go on" in again.output
+    assert (tmp_path / "s.json.gz").read_bytes() == before
+    onward = ["--save-state", state, "--resume", state, "--time-limit", "0"]
+    assert CliRunner().invoke(main, ["solve", *onward, board]).exit_code == Exit.OK
     second = CliRunner().invoke(
         main, ["solve", "--exact", "--resume", state, "--certificate", proof, board]
     )
