@@ -218,6 +218,7 @@ def test_tcp_bound_by_linear_programming(five, tmp_path):
 
 def test_tcp_bound_refuses_nonsense(five, tmp_path):
     assert run(five, "--iterations", "0")[0] == 2
+    assert run(five, "--seed", "-1")[0] == 2
     assert run(five, "--method", "magic")[0] == 2
     assert run(tmp_path / "none.csv")[0] == 3
     code, text = run(five, "--start", "9")

@@ -37,7 +37,9 @@ before it has priced all pairs for the first time."""
 )
 @click.option("--time-limit", type=float, metavar="S", help="Seconds of wall time for each file.")
 @click.option("--iterations", type=click.IntRange(1), help="one-tree: trees in the ascent.")
-@click.option("--seed", type=int, default=0, show_default=True, help="lp: source of randomness.")
+@click.option(
+    "--seed", type=click.IntRange(0), default=0, show_default=True, help="lp: source of randomness."
+)
 @click.option(
     "--certificate", type=click.Path(path_type=Path), help="Write the proof: .json or .json.gz."
 )
