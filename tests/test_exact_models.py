@@ -151,3 +151,15 @@ def test_models_are_built_in_time(solver, holes):
     result = solve(line(holes), solver, stop=Stop(time=0.1))
     assert result.route is not None and result.stopped is StopReason.TIME
     assert result.seconds < 0.1 + (4 if solver == "positions" else 8)
+
+
+@pytest.mark.parametrize("workers", [1, 2])
+def test_only_a_single_worker_of_cp_sat_is_given_a_hint(workers, monkeypatch):
+    """Several interleaved ones, given a hint and stopped early, may abort the process."""
+    from tcp.models.circuit import Circuit
+
+    hinted = []
+    monkeypatch.setattr(Circuit, "hint", lambda self, tour: hinted.append(tour))
+    piece = Workpiece.from_decimals("p", [(0, 0), (3, 1), (1, 4), (5, 2), (2, 2)])
+    assert solve(Instance(piece), "cp-sat", workers=workers).status is Status.OPTIMAL
+    assert len(hinted) == (workers == 1)

@@ -58,7 +58,7 @@ def run(
     settled = settle(instance)
     if settled is not None:
         return settled
-    search = _Search(instance, clock, report, instance.granularity)
+    search = _Search(instance, clock, report, hinted=workers == 1)
     tour = start_tour(instance.form)
     if tour is not None:
         search.offer(instance.route(tour))
@@ -66,12 +66,26 @@ def run(
 
 
 class _Search(SatSearch):
-    """One solve of the circuit model."""
+    """One solve of the circuit model.
+
+    Parameters
+    ----------
+    instance, clock, report
+        As in every solver.
+    hinted : bool
+        Whether CP-SAT is told the best route: not where several workers are interleaved, for
+        there OR-Tools 9.15 may end the process (``solution->size() == postsolve_mapping.size()``)
+        when it is stopped early.
+    """
+
+    def __init__(self, instance: Instance, clock: Clock, report: Report, hinted: bool):
+        super().__init__(instance, clock, report, instance.granularity)
+        self.hinted = hinted
 
     def build(self) -> cp_model.CpModel:
         """The model, with the best route as a hint."""
         self.circuit = Circuit(self.instance.form, self.unit)
-        if self.best is not None:
+        if self.hinted and self.best is not None:
             self.circuit.hint(self.instance.tour(self.best))
         return self.circuit.model
 
