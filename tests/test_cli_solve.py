@@ -164,8 +164,9 @@ def test_a_certificate_is_written_and_passes_the_checker(tmp_path):
 def test_certificates_of_rules_they_do_not_know_are_refused_before_any_work(
     command, rule, tmp_path
 ):
-    proof = tmp_path / "proof.json"
-    done = tcp(*command, *rule, "--certificate", proof, DATA / "wp1.csv")
+    proof, file = tmp_path / "proof.json", tmp_path / "holes.csv"
+    file.write_text("x,y,diameter\n0,0,1\n5,0,1\n0,7,1\n9,9,1\n")
+    done = tcp(*command, *rule, "--units", "mm", "--certificate", proof, file)
     assert done.exit_code == 2 and "certificates know no rule about" in done.output
     assert not proof.exists()
 

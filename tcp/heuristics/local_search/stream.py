@@ -12,8 +12,11 @@ from tcp.heuristics.local_search.kicks import kick_and_repair
 from tcp.heuristics.local_search.search import CAP, FIRM, SIZE, Work, new_work, push_all, settle
 from tcp.stop import Clock
 
-REACH = 30
-"""Longest stretch of a kick's double bridge."""
+REACH, SHORT = 50, 30
+"""Longest stretch of a kick's double bridge, and on boards of more than :data:`LARGE` nodes,
+where there is time for few kicks a node: short stretches are repaired sooner."""
+
+LARGE = 3_000
 
 FAR, NEAR = 50_000, 25_000
 """Most places that one exchange may write, in the descent and after a kick."""
@@ -30,6 +33,7 @@ class Stream:
         self.tour: Tour = new_tour(order)
         self.work: Work = new_work(order.size, ground.near.shape[1], cap=FAR)
         self.random = np.array([seed], np.uint64)
+        self.reach = REACH if order.size <= LARGE else SHORT
         self.cost = int(length(ground.costs, self.tour.order))
         self.best, self.best_cost = self.tour.order.copy(), self.cost
 
@@ -50,7 +54,7 @@ class Stream:
 
     def kick(self, kicks: int, heat: float) -> None:
         """Try some kicks."""
-        self.cost -= int(kick_and_repair(*self._state, self.random, kicks, REACH, heat))
+        self.cost -= int(kick_and_repair(*self._state, self.random, kicks, self.reach, heat))
         self.record()
 
     def record(self) -> None:
