@@ -76,7 +76,18 @@ BOARDS = (  # the tool with the most holes of each board with more than 500
     "orcad-arena_12-12.drl:1",
     "pads-Drill.drl:1",
 )
-FILES = ("pcb442", "pbd984", "pcb1173", "dka1376", "pcb3038", "rl5915")
+FILES = (
+    "pcb442",
+    "pbd984",
+    "pcb1173",
+    "d1291",
+    "dka1376",
+    "u1432",
+    "u2319",
+    "pcb3038",
+    "fl3795",
+    "rl5915",
+)
 MADE = ("uniform1000", "clustered1000", "lattice900", "uniform10000")
 SMALL = 500
 """Most holes of a tool for which ours must find the optimum within 5 s."""

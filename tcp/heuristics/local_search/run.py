@@ -27,8 +27,9 @@ PATIENCE = 100
 THREADS = 2
 """Most threads that are used unasked."""
 
-WIDTH, NARROW = 8, 7
-"""Candidates of a node, and on boards of more than :data:`LARGE` nodes."""
+WIDTH, WIDE = 6, 7
+"""Candidates of a node: few make fast kicks.  On boards of more than :data:`LARGE` nodes there is
+hardly time for kicks, and a descent over more of them comes further."""
 
 LARGE = 150_000
 
@@ -83,7 +84,7 @@ def improve(
         return _best_of_all(form)
     with clock.paused():
         warm_up()
-    width = WIDTH if form.size <= LARGE else NARROW
+    width = WIDTH if form.size <= LARGE else WIDE
     ground = survey(form, width, late=lambda: clock.over)
     if tour is None and form.size > neighbours.CHUNK and clock.over:  # no time for more
         return [int(v) for v in ground.label[starts.curve(ground)]]
