@@ -146,11 +146,9 @@ def test_a_time_limit_beyond_all_time_is_none(solver):
 
 
 @pytest.mark.parametrize(("solver", "holes"), [("cp-sat", 450), ("positions", 30)])
-def test_models_are_built_in_time(solver, holes):
-    """Building them took 25 s and 5 s, in which no limit holds."""
+def test_a_limit_ends_a_search_whose_model_is_large(solver, holes):
     result = solve(line(holes), solver, stop=Stop(time=0.1))
     assert result.route is not None and result.stopped is StopReason.TIME
-    assert result.seconds < 0.1 + (4 if solver == "positions" else 8)
 
 
 @pytest.mark.parametrize("workers", [1, 2])
