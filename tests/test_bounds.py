@@ -15,11 +15,13 @@ from click.testing import CliRunner
 
 import tcp.validate.certificate as checker
 from tcp import Ends, Instance, Model, Rules, Stop, Travel, Workpiece
+from tcp.bounds.candidates import near_pairs
 from tcp.bounds.evidence import bound_certificate
 from tcp.bounds.one_tree import ROUNDS, one_tree_bound
 from tcp.bounds.spanning import boruvka, cells, prim
 from tcp.cli.main import main
 from tcp.errors import UsageError
+from tcp.exact.branch_and_cut.problem import Problem
 from tcp.files import read
 from tcp.files.certificate import to_text
 from tcp.kernels import pack
@@ -127,6 +129,20 @@ def test_compiling_is_not_counted(tmp_path):
     """
     environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path)}
     subprocess.run([sys.executable, "-c", program], env=environment, check=True)
+
+
+@pytest.mark.parametrize("travel", TRAVELS[:4], ids=str)
+def test_holes_at_one_place_are_partners_of_each_other_in_turn(travel):
+    """A tree that cannot tell them apart looks at all of them for each, and finds the same few."""
+    pile = 300
+    x, y = np.random.default_rng(2).integers(0, 1000, (2, 100))
+    x, y = np.append(x, np.full(pile, x[0])), np.append(y, np.full(pile, y[0]))
+    instance = Instance(Workpiece("pile", tuple(map(str, range(x.size))), x, y), travel)
+    problem = Problem.of(instance)
+    one_tree = near_pairs(instance.form, np.arange(x.size), 5)
+    for found in (one_tree, np.column_stack(problem.pairs(problem.nearest))):
+        partners = np.bincount(found[(found >= 100).all(axis=1)].ravel(), minlength=x.size)[100:]
+        assert partners.min() >= 3 and partners.max() <= 12
 
 
 def test_two_candidates_a_node_cannot_make_a_bound_too_high():

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
 from tcp.instance import TourForm
-from tcp.travel import CostRule, Ints, Kind
+from tcp.nearness import norm, places
+from tcp.travel import Ints
 
 
 def near_pairs(form: TourForm, nodes: Ints, width: int) -> Ints:
@@ -37,23 +36,10 @@ def near_pairs(form: TourForm, nodes: Ints, width: int) -> Ints:
     else:
         from scipy.spatial import cKDTree
 
-        fx, fy, p = _norm(form.rule)
-        where = np.column_stack([form.x[nodes] * fx, form.y[nodes] * fy])
+        fx, fy, p = norm(form.rule)
+        where = places(np.column_stack([form.x[nodes], form.y[nodes]]), fx, fy)
         near = cKDTree(where).query(where, width + 1, p=p)[1]
     i = np.repeat(np.arange(n), near.shape[1])
     j = near.ravel().astype(np.int64)
     keys = np.unique(np.minimum(i, j)[i != j] * n + np.maximum(i, j)[i != j])
     return np.column_stack(np.divmod(keys, n))
-
-
-def _norm(rule: CostRule) -> tuple[float, float, Any]:
-    """Factors for x and y, and the exponent of the norm, that rank moves (nearly) as the rule."""
-    kind, params = rule.kind, [float(v) for v in rule.params]
-    if kind in (Kind.RAMP_SUM, Kind.RAMP_MAX):
-        fx, fy = params[4] / params[5], params[10] / params[11]
-    elif kind is Kind.NORM:
-        fx, fy = params[0] ** 0.5, params[1] ** 0.5
-    else:
-        fx, fy = params[0], params[1]
-    sums = kind in (Kind.SUM, Kind.RAMP_SUM)
-    return fx, fy, 1.0 if sums else 2.0 if kind is Kind.NORM else np.inf

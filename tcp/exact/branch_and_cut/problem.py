@@ -10,6 +10,7 @@ import numpy as np
 from tcp.instance import Instance, TourForm
 from tcp.jit import cached
 from tcp.kernels import cost_of_move, pack
+from tcp.nearness import norm, places
 from tcp.travel import Ints, Kind
 
 MATRIX = int(Kind.MATRIX)
@@ -131,11 +132,11 @@ class Problem:
         from scipy.spatial import cKDTree
 
         form = self.form
-        sx, sy, norm = _metric(form)
-        points = np.column_stack((form.x * sx, form.y * sy))
+        fx, fy, p = norm(form.rule)
+        points = places(np.column_stack((form.x, form.y)), fx, fy)
         tree = cKDTree(points)
         pool = min(5 * k, form.real - 1)
-        _, near = tree.query(points, pool + 1, p=norm)
+        _, near = tree.query(points, pool + 1, p=p)
         found = [self._star(near[:, : k + 1])]
         delta = points[near] - points[:, None, :]
         quadrant = (delta[..., 0] >= 0) * 2 + (delta[..., 1] >= 0)
@@ -153,14 +154,3 @@ class Problem:
     def _proper(self, i: Ints, j: Ints) -> Ints:
         keep = i != j
         return self.keys(i[keep], j[keep])
-
-
-def _metric(form: TourForm) -> tuple[float, float, float]:
-    """Scales of the axes and the norm's exponent in which near means cheap."""
-    kind, params = form.rule.kind, form.rule.params
-    if kind in (Kind.RAMP_SUM, Kind.RAMP_MAX):
-        sx, sy = params[0] / params[2], params[6] / params[8]
-        return sx, sy, 1.0 if kind is Kind.RAMP_SUM else np.inf
-    if kind is Kind.NORM:
-        return float(params[0]) ** 0.5, float(params[1]) ** 0.5, 2.0
-    return float(params[0]), float(params[1]), 1.0 if kind is Kind.SUM else np.inf

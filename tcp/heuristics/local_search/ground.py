@@ -41,7 +41,7 @@ class Ground(NamedTuple):
     ``near[v]`` holds v's candidate nodes, nearest first, and ``dist[v]`` what
     they cost; the list of the virtual node is empty (see ``search.py``).
     ``mates[v]`` are the nodes to which v's forced edges lead (-1: none).
-    ``label`` are the form's node numbers; ``scales`` see ``neighbours.py``.
+    ``label`` are the form's node numbers; ``scales`` see :func:`tcp.nearness.norm`.
     """
 
     rule: Ints

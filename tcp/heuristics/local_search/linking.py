@@ -17,9 +17,9 @@ from itertools import pairwise, product
 
 import numpy as np
 
-from tcp.heuristics.local_search.neighbours import scales
 from tcp.heuristics.panels import Panel, find_panel
 from tcp.instance import TourForm
+from tcp.nearness import norm
 from tcp.stop import Clock, Stop
 from tcp.travel import Ints
 
@@ -124,7 +124,7 @@ def gates(board: TourForm, step: tuple[int, int]) -> list[tuple[int, int]]:
     """The nearest pairs (hole of a copy, hole of the next copy), no hole twice on a side."""
     from scipy.spatial import cKDTree
 
-    fx, fy, p = scales(board.rule)
+    fx, fy, p = norm(board.rule)
     here = np.column_stack([board.x * fx, board.y * fy])
     there = here + np.array([step[0] * fx, step[1] * fy])
     distance, nearest = cKDTree(there).query(here, p=p)

@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 from tcp.heuristics.local_search.ground import MATRIX, Ground, price
 from tcp.instance import TourForm
 from tcp.jit import allocating, inner
-from tcp.travel import CostRule, Ints, Kind
+from tcp.nearness import norm, places
+from tcp.travel import Ints
 
 GRID_BITS = 20
 """The Hilbert curve visits a grid of 2^20 x 2^20 cells."""
@@ -22,56 +23,18 @@ CHUNK = 65_536
 LOOK = 3
 """How many times the wanted neighbours are looked at, to find some in every quadrant."""
 
-PILE = 50
-"""Most holes at one place that a k-d tree of places copes with: it looks at all of them."""
-
-
-def scales(rule: CostRule) -> tuple[float, float, float]:
-    """Factors for x and y and the exponent p with which the p-norm ranks like the rule.
-
-    Exact but for accelerated axes, where the ranking of short moves is used:
-    their time is the root of the scaled distance.
-    """
-    kind, params = rule.kind, [float(v) for v in rule.params]
-    if kind is Kind.NORM:
-        fx, fy, p = params[0] ** 0.5, params[1] ** 0.5, 2.0
-    elif kind in (Kind.SUM, Kind.MAX):
-        fx, fy, p = params[0], params[1], 1.0 if kind is Kind.SUM else np.inf
-    else:
-        fx, fy = params[4] / params[5], params[10] / params[11]
-        p = 1.0 if kind is Kind.RAMP_SUM else np.inf
-    top = max(fx, fy)
-    return fx / top, fy / top, p
-
 
 def points(ground: Ground, nodes: Any) -> tuple[NDArray[np.float64], float]:
-    """Scaled coordinates of nodes and the exponent of the norm that ranks them.
-
-    Where many nodes lie at one place, a third coordinate tells them apart: it is less than
-    any step, so that only nodes of one place are ranked by it.
-    """
+    """Places of nodes for a k-d tree and the exponent of the norm that ranks them."""
     fx, fy, p = ground.scales
-    xy = ground.xy[nodes]
-    height = _heights(xy)
-    if height.max(initial=0) < PILE:
-        return xy * (fx, fy), p
-    return np.column_stack([xy * (fx, fy), height * (min(fx, fy) / (2 * height.size))]), p
-
-
-def _heights(xy: Ints) -> Ints:
-    """How many nodes lie at the same place before each."""
-    order = np.lexsort((xy[:, 1], xy[:, 0]))
-    new = np.append(True, (np.diff(xy[order], axis=0) != 0).any(axis=1))
-    height = np.empty(order.size, np.int64)
-    height[order] = np.arange(order.size) - np.maximum.accumulate(np.arange(order.size) * new)
-    return height
+    return places(ground.xy[nodes], fx, fy), p
 
 
 def hilbert_order(form: TourForm) -> Ints:
     """The real nodes of ``form`` along a Hilbert curve (file order for a matrix)."""
     if form.matrix is not None or form.real < 3:
         return np.arange(form.real)
-    fx, fy, _ = scales(form.rule)
+    fx, fy, _ = norm(form.rule)
     x, y = (form.x - form.x.min()) * fx, (form.y - form.y.min()) * fy
     unit = (2**GRID_BITS - 1) / max(float(x.max()), float(y.max()), 1e-9)
     keys = _hilbert_keys((x * unit).astype(np.int64), (y * unit).astype(np.int64), GRID_BITS)

@@ -18,10 +18,11 @@ from tcp.heuristics.local_search.ground import (
     Ground,
     Small,
 )
-from tcp.heuristics.local_search.neighbours import hilbert_order, near_nodes, scales
+from tcp.heuristics.local_search.neighbours import hilbert_order, near_nodes
 from tcp.heuristics.local_search.search import DEEPEST
 from tcp.instance import TourForm
 from tcp.kernels import pack
+from tcp.nearness import norm
 from tcp.travel import Ints, Kind
 
 
@@ -60,7 +61,7 @@ def _costs(form: TourForm, order: Ints) -> tuple[Ints, Ints, tuple[float, float,
     rule[HOW], rule[MATRIX] = OTHERWISE, form.matrix is not None
     if form.matrix is not None:
         return rule, np.ascontiguousarray(form.matrix[np.ix_(order, order)]), (1.0, 1.0, 1.0)
-    packed, factors = pack(form.rule), scales(form.rule)
+    packed, factors = pack(form.rule), norm(form.rule)
     rule[: packed.size] = packed
     xy = np.zeros((form.size, 2), np.int64)
     xy[: form.real, 0], xy[: form.real, 1] = form.x[order], form.y[order]
