@@ -115,7 +115,7 @@ class Fleet:
         from joblib import Parallel, delayed
 
         numbers = list(left)
-        count = self.jobs or (os.cpu_count() or 1 if self.backend == "loky" else -1)
+        count = self.jobs or (own_cores() if self.backend == "loky" else -1)
         if self.backend == "ray":
             for k in range(0, len(numbers), BATCH):
                 batch = numbers[k : k + BATCH]
@@ -146,14 +146,21 @@ class Fleet:
             yield lost
 
 
+def own_cores() -> int:
+    """Cores that this process may use, which are not all of them under ``taskset`` or in a jail."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
 def threads(most: int) -> int:
     """How many threads a task should use here: one a core of its own, at most ``most``.
 
     joblib tells its workers by ``OMP_NUM_THREADS`` how many cores each has, unless
-    the user set that; without it, all of the machine's are one's own.
+    the user set that; without it, all that the process may use are its own.
     """
     said = os.environ.get("OMP_NUM_THREADS", "")
-    return max(1, min(most, int(said) if said.isdigit() else os.cpu_count() or 1))
+    return max(1, min(most, int(said) if said.isdigit() else own_cores()))
 
 
 @contextmanager

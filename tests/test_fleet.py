@@ -17,7 +17,7 @@ from click.testing import CliRunner
 
 from tcp.cli.main import main
 from tcp.errors import Exit, UsageError
-from tcp.fleet import TRIES, Fleet, FleetError, threads
+from tcp.fleet import TRIES, Fleet, FleetError, own_cores, threads
 
 ROOT = Path(__file__).resolve().parents[1]
 
@@ -79,11 +79,17 @@ def test_ctrl_c_is_for_this_process_alone():
 
 def test_workers_share_the_cores(monkeypatch):
     monkeypatch.delenv("OMP_NUM_THREADS", raising=False)
-    whole = os.cpu_count() or 1
+    whole = own_cores()
     assert [told for _, told in Fleet(1).run(cores, [0])] == [whole]
     assert {told for _, told in Fleet(3).run(cores, range(6))} == {max(1, whole // 3)}
     monkeypatch.setenv("OMP_NUM_THREADS", "7")
     assert (threads(3), threads(99)) == (3, 7)
+
+
+def test_cores_that_are_not_ours_are_not_counted(monkeypatch):
+    monkeypatch.delenv("OMP_NUM_THREADS", raising=False)
+    monkeypatch.setattr(os, "sched_getaffinity", lambda process: {3, 5, 6}, raising=False)
+    assert (threads(2), threads(99)) == (2, 3)
 
 
 def test_what_is_written_before_ctrl_c_is_in_the_manifest(tmp_path, monkeypatch):
