@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
-from tcp.exact.branch_and_cut.cutting import WINDOW, Gains
+import numpy as np
+
+from tcp.exact.branch_and_cut.cutting import WINDOW, Gains, tour_of
+from tcp.exact.branch_and_cut.support import Support
 
 
 def cut(progress: Gains, value: float, rounds: int, gain: float) -> float:
@@ -40,3 +43,11 @@ def test_progress_is_measured_afresh_where_that_is_asked_for():
     cut(progress, 0.0, WINDOW + 1, 1.0)
     progress.clear()
     assert progress.gained is None
+
+
+def test_whole_numbers_are_a_tour_only_if_they_are_one_cycle():
+    ring, onward = np.arange(6), np.array([1, 2, 3, 4, 5, 0])
+    one = tour_of(Support.of(6, np.minimum(ring, onward), np.maximum(ring, onward), np.ones(6)))
+    assert one is not None and sorted(one.tolist()) == list(range(6))
+    i, j = np.array([0, 1, 0, 3, 4, 3]), np.array([1, 2, 2, 4, 5, 5])
+    assert tour_of(Support.of(6, i, j, np.ones(6))) is None

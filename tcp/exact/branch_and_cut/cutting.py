@@ -366,16 +366,20 @@ class Cutter:
         return True
 
     def _offer_integral(self, support: Support) -> None:
-        """If the LP solution is a tour, offer it."""
+        """If the LP solution is a tour, offer it; whole numbers may be several cycles as well."""
         if len(support.x) == self.problem.size and (support.x > 1.0 - 1e-6).all():
-            self.incumbent.offer(tour_of(support))
+            tour = tour_of(support)
+            if tour is not None:
+                self.incumbent.offer(tour)
 
 
-def tour_of(support: Support) -> Ints:
-    """The cyclic order of a support graph that is one tour."""
+def tour_of(support: Support) -> Ints | None:
+    """The cyclic order of a support graph of degree 2; None if it is more than one cycle."""
     tour = np.empty(support.size, np.int64)
     before, at = -1, 0
     for k in range(support.size):
+        if k and at == 0:
+            return None
         tour[k] = at
         first, second = support.other[support.ptr[at] : support.ptr[at + 1]]
         before, at = at, int(second if first == before else first)
