@@ -61,7 +61,7 @@ lean = cached(_nrt=False)
 """The same for kernels that make no arrays.
 
 numba counts references to every array that a call or a tuple hands on, by atomic operations,
-which cost more than the few sums of an inner loop (the price of a move took 50 ns instead of 3).
+which cost more than the few sums of an inner loop.
 A lean kernel counts none: what called it holds the arrays.  numba refuses to compile one that
 makes an array; none may return one.
 """

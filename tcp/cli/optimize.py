@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import os
-import re
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
@@ -27,6 +26,7 @@ from tcp.cli.terminal import check_folder, check_outputs, on_terminal, output_pa
 from tcp.errors import Exit, OutputError, TcpError, UsageError, system_reason
 from tcp.files.drilling import read_drilling
 from tcp.files.excellon import Hints, Program, hints, oddities
+from tcp.files.excellon.numbers import tool_number
 from tcp.files.write import is_stream, write_file
 from tcp.fleet import Fleet, FleetError
 from tcp.report.board import board_data, board_table, summary_table
@@ -190,10 +190,10 @@ def place(text: str) -> Path:
 
 
 def _tool(text: str) -> int:
-    bare = text.strip().upper().removeprefix("T")
-    if not re.fullmatch(r"\d{1,9}", bare, re.ASCII):
+    number = tool_number(text)
+    if number is None:
         raise click.BadParameter(f"{text!r} is not a tool; expected e.g. T3")
-    return int(bare)
+    return number
 
 
 _READING = [

@@ -153,3 +153,9 @@ class Style:
         if self.zeros is Zeros.TZ:
             return bare.lstrip(b"0") or b"0"
         return bare
+
+
+def tool_number(text: str) -> int | None:
+    """The tool that a user names, as ``3`` or ``T3``; None if it is no tool."""
+    found = re.fullmatch(r"T?(\d{1,9})", text.strip().upper(), re.ASCII)
+    return None if found is None else int(found[1])

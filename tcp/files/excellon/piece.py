@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import re
 from fractions import Fraction
 
 import numpy as np
 
 from tcp.errors import InputError
 from tcp.files.excellon.document import Ints
+from tcp.files.excellon.numbers import tool_number
 from tcp.files.excellon.program import Kind, Program, repeated
 from tcp.words import listed, shown
 from tcp.workpiece import Workpiece
@@ -58,20 +58,21 @@ def choose_tool(program: Program, wanted: str | int | None) -> int | None:
     InputError
         If the file has no such tool, or the tool drills no round hole.
     """
-    text = str(wanted).strip().upper().removeprefix("T")
-    if text == "ALL":
+    text = str(wanted)
+    if text.strip().upper().removeprefix("T") == "ALL":
         return None
     tools, counts = np.unique(expanded(program)[0], return_counts=True)
     if not len(tools):
         raise InputError("drills no round hole, only slots or routed paths", program.path)
     if wanted is None:
         return int(tools[np.argmax(counts)])
-    if not re.fullmatch(r"\d{1,9}", text, re.ASCII) or int(text) not in tools:
+    number = tool_number(text)
+    if number is None or number not in tools:
         names = listed(f"T{t}" for t in tools)
         raise InputError(
             f"has no holes for the tool {shown(str(wanted))}; expected one of {names}", program.path
         )
-    return int(text)
+    return number
 
 
 def workpiece(program: Program, tool: int | None) -> Workpiece:
