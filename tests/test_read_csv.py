@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import os
 from decimal import Decimal
 from fractions import Fraction
 from pathlib import Path
@@ -13,7 +14,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tcp import Workpiece
-from tcp.errors import InputError, OutputError
+from tcp.errors import InputError, OutputError, UsageError
 from tcp.files import read
 from tcp.files.numbers import Decimals, TooFine, common_steps
 from tcp.files.route import in_millimetres, route_csv
@@ -219,6 +220,34 @@ def test_a_failed_write_leaves_the_old_file(tmp_path, monkeypatch):
     with pytest.raises(OutputError, match="no space left"):
         write_file(path, "new")
     assert path.read_text() == "old" and list(tmp_path.iterdir()) == [path]
+
+
+@pytest.fixture
+def piped():
+    """Puts bytes into a pipe; the path to read them from, once."""
+    ends = []
+
+    def fill(data: bytes) -> Path:
+        outlet, inlet = os.pipe()
+        ends.append(outlet)
+        os.write(inlet, data)
+        os.close(inlet)
+        return Path(f"/dev/fd/{outlet}")
+
+    yield fill
+    for end in ends:
+        os.close(end)
+
+
+def test_a_pipe_holds_a_table_or_is_refused_with_what_to_do(piped):
+    assert len(read(piped(b"id,x,y\nA,1,2\nB,3,4\n")).workpiece) == 2
+    drill = b"M48\nMETRIC,TZ\nT1C1\n%\nT1\nX1.0Y1.0\nX2.0Y2.0\nM30\n"
+    others = (drill, b"T1\nX1Y2\nM30\n", b"G21\nG81 X1 Y2 Z-1 R1 F9\nM30\n", b"NAME: a\n")
+    for text in others:
+        with pytest.raises(InputError, match=r":1: .*a pipe .* read as CSV.*board\.drl"):
+            read(piped(text))
+    with pytest.raises(UsageError, match=r"no option 'tool'.*a pipe .* read as CSV.*board\.drl"):
+        read(piped(drill), tool="T1")
 
 
 def test_large_files_are_read_in_seconds(tmp_path):

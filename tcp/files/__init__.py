@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from tcp.errors import InputError, UsageError
-from tcp.files.reading import UNITS, Reading
+from tcp.files.reading import PIPED, UNITS, Reading, piped
 
 READERS: dict[str, str] = {
     ".csv": "tcp.files.csv",
@@ -66,7 +66,8 @@ def read(path: str | Path, *, units: str | None = None, **options: Any) -> Readi
     given = {key: value for key, value in options.items() if value is not None}
     unknown = given.keys() - inspect.signature(reader).parameters.keys()
     if unknown:
-        raise UsageError(f"{path}: files of this format take no option {min(unknown)!r}")
+        advice = f"; {PIPED}" if name == "tcp.files.csv" and piped(path) else ""
+        raise UsageError(f"{path}: files of this format take no option {min(unknown)!r}{advice}")
     return reader(path, units=units, **given)
 
 

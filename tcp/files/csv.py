@@ -27,7 +27,7 @@ from tcp.files.layout import (
     unit_word,
 )
 from tcp.files.numbers import Decimals, TooFine, common_steps
-from tcp.files.reading import UNITS, Reading, coincidence_note
+from tcp.files.reading import PIPED, UNITS, Reading, coincidence_note, piped
 from tcp.files.text import read_lines
 from tcp.words import shown
 from tcp.workpiece import Workpiece, exact_decimal
@@ -51,7 +51,7 @@ def read(path: str | Path, *, units: str | None = None) -> Reading:
     path = Path(path)
     lines = read_lines(path)
     number, first = _first_row(lines, path)
-    layout = layout_of(first, path, number, lines[: number - 1])
+    layout = _layout(first, path, number, lines[: number - 1])
     comment = unit_comment(lines, path)
     table = _Table(layout, path)
     table.fill(lines, number if layout.header else number - 1)
@@ -67,6 +67,16 @@ def _first_row(lines: Sequence[str], path: Path) -> tuple[int, str]:
         if text.strip(",;\t ") and not text.startswith("#"):
             return number, line
     raise InputError("there are no holes, only blank lines and comments", path)
+
+
+def _layout(first: str, path: Path, number: int, comments: Sequence[str]) -> Layout:
+    """The table's columns; what else comes through a pipe is told what to do."""
+    try:
+        return layout_of(first, path, number, comments)
+    except InputError as error:
+        if not piped(path):
+            raise
+        raise InputError(f"{error}; {PIPED}") from None
 
 
 class _Table:

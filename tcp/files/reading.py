@@ -4,12 +4,21 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from fractions import Fraction
+from pathlib import Path
 
 from tcp.travel import Model, Travel
 from tcp.workpiece import INCH, Workpiece
 
 UNITS = {"mm": Fraction(1), "inch": INCH}
 """Millimetres to the unit."""
+
+PIPED = "a pipe has no suffix and is read as CSV; save another format as a file, such as board.drl"
+"""What to do with what came through a pipe and is no table: it can be read only once."""
+
+
+def piped(path: Path) -> bool:
+    """Whether a pipe or the like stands there, from which a table is read."""
+    return path.exists() and not (path.is_file() or path.is_dir())
 
 
 @dataclass(frozen=True)
