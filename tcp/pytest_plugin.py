@@ -6,6 +6,7 @@ a test asks for the fixture.  ``docs/oracle.md`` shows it in use.
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from fractions import Fraction
@@ -35,7 +36,7 @@ def pytest_configure(config: pytest.Config) -> None:
     """Register the marker ``drill``."""
     config.addinivalue_line(
         "markers",
-        "drill(file, travel=None, numbering='ids', closed=False): the workpiece that "
+        "drill(file, travel=None, numbering='ids', closed=False, tool=None): the workpiece that "
         "the fixture drill_oracle judges routes of",
     )
 
@@ -74,12 +75,19 @@ class DrillOracle:
         *,
         numbering: str = "ids",
         closed: bool = False,
+        **how: Any,
     ) -> DrillOracle:
-        """The oracle for one workpiece file and travel model; by default the file's own."""
+        """The oracle for one workpiece file and travel model; by default the file's own.
+
+        ``how`` is for :func:`tcp.read`: ``tool="T3"``, ``units="inch"``.  What the reader notes,
+        such as which of several tools it took, is a warning.
+        """
         from tcp.files import read
 
         path = self.folder / file
-        reading = read(path)
+        reading = read(path, **how)
+        for note in reading.notes:
+            warnings.warn(f"{path}: {note}", stacklevel=2)
         instance = self._instance(reading.workpiece, travel, closed, reading.travel)
         return replace(self, instance=instance, numbering=numbering, home=path.parent)
 

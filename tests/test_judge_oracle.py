@@ -211,6 +211,27 @@ def test_without_a_workpiece_the_fixture_says_what_to_do():
         DrillOracle(CI, None, 1.0).on("board.csv", "case2").assert_optimal(range(13))
 
 
+def test_which_tool_of_a_drill_file_is_judged_is_said_or_chosen(tmp_path):
+    drill = tmp_path / "c.drl"
+    drill.write_text("M48\nMETRIC,TZ\nT1C1\nT2C2\n%\nT1\nX1.0Y1.0\nX2.0Y2.0\nT2\nX3.0Y3.0\nM30\n")
+    oracle = DrillOracle(tmp_path, None, 1.0)
+    with pytest.warns(UserWarning, match=r"c\.drl: T1 drills most holes and is taken"):
+        oracle.on("c.drl").assert_valid("1 2")
+    oracle.on("c.drl", tool="T2").assert_valid("1")
+    oracle.on("c.drl", tool="all").assert_valid("1 2 3")
+
+
+@pytest.mark.parametrize(
+    "words", [["validate", "--route", "1 2"], ["export", "--out", "c.mps"]], ids=lambda w: w[0]
+)
+def test_every_command_tells_what_readers_note(words, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    holes = "X1.0Y1.0\nX2.0Y2.0\nX5.0Y2.0\nX2.0Y9.0\n"
+    Path("c.drl").write_text(f"M48\nMETRIC,TZ\nT1C1\nT2C2\n%\nT1\n{holes}T2\nX3.0Y3.0\nM30\n")
+    done = CliRunner().invoke(main, [words[0], "c.drl", *words[1:]])
+    assert "T1 drills most holes" in done.stderr
+
+
 def test_optima_of_files_and_workpieces_in_memory():
     oracle = DrillOracle(CI, None, 1.0)
     piece = read(CI / "board.csv").workpiece

@@ -8,7 +8,7 @@ from pathlib import Path
 import click
 
 from tcp.cli.options import READ, Problem, problem_options
-from tcp.cli.terminal import check_outputs
+from tcp.cli.terminal import check_outputs, tell
 from tcp.errors import Exit, InfeasibleError, UsageError
 from tcp.files.write import write_file
 from tcp.instance import Instance
@@ -53,7 +53,9 @@ def command(
     if out.suffix not in COMMENT:  # a device has no ending that tells the format
         raise UsageError(f"--out {out}: expected a name that ends in .mps or .lp")
     clock = Clock(Stop(time_limit))
-    instance = problem.instance(problem.read(file))
+    reading = problem.read(file)
+    tell(file, reading.notes)
+    instance = problem.instance(reading)
     text, complete = programme(instance, formulation, out.suffix, clock)
     write_file(out, text)
     click.echo(f"{out}: {formulation} model of {instance.name}")

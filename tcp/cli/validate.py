@@ -9,6 +9,7 @@ import click
 
 from tcp.cli.judging import Judging, judging_options
 from tcp.cli.options import READ, Problem, problem_options
+from tcp.cli.terminal import tell
 from tcp.errors import UsageError
 from tcp.files.order import NUMBERINGS, Order, order_of, read_order
 from tcp.files.printed import parse_printed
@@ -70,6 +71,7 @@ def command(
         raise UsageError("give the sequence by one of --route, --route-file and --column")
     judging.check_out(file, route_file)
     reading = problem.read(file)
+    tell(file, reading.notes)
     instance = problem.instance(reading)
     piece = instance.workpiece
     order: Order
