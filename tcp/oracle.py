@@ -6,7 +6,7 @@ the other check it.  ``tcp oracle`` and the pytest plugin are thin around it.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from pathlib import Path
@@ -36,8 +36,12 @@ class NoProofError(TcpError):
     exit_code = Exit.NO_PROOF
 
 
-def prove(instance: Instance, folder: Path, time_limit: float | None = None) -> Known:
+def prove(
+    instance: Instance, folder: Path, time_limit: float | None = None, like: Sequence[Path] = ()
+) -> Known:
     """Solve to proof and write the certificate to a folder; it counts once it is read back.
+
+    It is kept from whom any of the files ``like`` is kept from.
 
     Raises
     ------
@@ -51,7 +55,7 @@ def prove(instance: Instance, folder: Path, time_limit: float | None = None) -> 
     except OSError as error:
         raise OutputError(f"cannot make the folder {folder}: {system_reason(error)}") from None
     path = folder / file_name(instance)
-    result = solve(instance, stop=Stop(time_limit), exact=True, certificate=path)
+    result = solve(instance, stop=Stop(time_limit), exact=True, certificate=path, like=like)
     if result.stopped is StopReason.INTERRUPTED:
         raise KeyboardInterrupt
     if result.certificate is None:
@@ -85,11 +89,14 @@ class Oracle:
         Where new certificates go; None never proves anything.
     time_limit : float or None
         Seconds for a proof.
+    like : tuple of path
+        New certificates are kept from whom any of these files is kept from.
     """
 
     folders: tuple[Path, ...] = ()
     cache: Path | None = None
     time_limit: float | None = None
+    like: tuple[Path, ...] = ()
 
     def known(self, instance: Instance) -> Known:
         """The certified optimum of an instance.
@@ -108,7 +115,7 @@ class Oracle:
                 return known
         if self.cache is None:
             raise NoProofError(f"no optimum of {describe(instance)} is pinned; run: tcp oracle pin")
-        known = prove(instance, self.cache, self.time_limit)
+        known = prove(instance, self.cache, self.time_limit, self.like)
         if not known.optimal:
             raise NoProofError(f"{describe(instance)}: no proof within the limit")
         return known

@@ -57,8 +57,8 @@ class DrillOracle:
         The problem chosen by :meth:`on` or the marker ``drill``.
     numbering : str
         What entries of a route are: ``ids``, or numbers from ``0`` or ``1``.
-    home : path or None
-        Folder of the workpiece file.
+    file : path or None
+        The workpiece file.
     """
 
     folder: Path
@@ -66,7 +66,7 @@ class DrillOracle:
     time_limit: float
     instance: Instance | None = None
     numbering: str = "ids"
-    home: Path | None = None
+    file: Path | None = None
 
     def on(
         self,
@@ -89,7 +89,7 @@ class DrillOracle:
         for note in reading.notes:
             warnings.warn(f"{path}: {note}", stacklevel=2)
         instance = self._instance(reading.workpiece, travel, closed, reading.travel)
-        return replace(self, instance=instance, numbering=numbering, home=path.parent)
+        return replace(self, instance=instance, numbering=numbering, file=path)
 
     def assert_valid(self, route: Route) -> None:
         """Fail, with findings and repairs, unless ``route`` drills every hole exactly once."""
@@ -129,10 +129,9 @@ class DrillOracle:
     def _oracle(self) -> Oracle:
         from tcp.oracle import FOLDER, Oracle
 
-        folders = [self.folder / FOLDER]
-        if self.home is not None and self.home != self.folder:
-            folders.insert(0, self.home / FOLDER)
-        return Oracle(tuple(folders), self.cache, self.time_limit)
+        files = () if self.file is None else (self.file,)
+        homes = dict.fromkeys([*(file.parent for file in files), self.folder])
+        return Oracle(tuple(h / FOLDER for h in homes), self.cache, self.time_limit, files)
 
     def _assert(self, route: Route, within: Fraction | None) -> None:
         __tracebackhide__ = True

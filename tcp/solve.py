@@ -76,6 +76,7 @@ def solve(
     exact: bool = False,
     report: Report = silent,
     certificate: str | Path | None = None,
+    like: Sequence[Path] = (),
     **options: Any,
 ) -> Result:
     """Solve an instance and check the answer.
@@ -99,6 +100,8 @@ def solve(
         without evidence of its own is followed by the proof engine, which
         starts from its route.  The file appears only once the independent
         checker has verified it.
+    like : sequence of path
+        What is written is kept from whom any of these files is kept from.
     **options
         The solver's own options.
 
@@ -126,8 +129,8 @@ def solve(
         refusal = refuses(ENGINE, instance)
         if refusal:
             raise UsageError(f"no certificate of {instance.name}: {ENGINE} makes it, and {refusal}")
-    if exact and "exact" in inspect.signature(module.run).parameters:
-        options["exact"] = True
+    known, wishes = inspect.signature(module.run).parameters, {"exact": exact, "like": like}
+    options |= {key: value for key, value in wishes.items() if value and key in known}
     clock, trace = Clock(stop or Stop()), _Trace(report)
 
     def compiling() -> None:
@@ -147,7 +150,7 @@ def solve(
     result = _checked(instance, name, entry, outcome, seed, clock.elapsed, tuple(trace.kept))
     if certificate is None:
         return result
-    return _certified(result, outcome.evidence, Path(certificate))
+    return _certified(result, outcome.evidence, Path(certificate), like)
 
 
 ENGINE = "branch-and-cut"
@@ -179,7 +182,7 @@ def _with_evidence(
     )
 
 
-def _certified(result: Result, evidence: Any, path: Path) -> Result:
+def _certified(result: Result, evidence: Any, path: Path, like: Sequence[Path]) -> Result:
     """Write the evidence; it gets its name only once the checker has verified what was written."""
     from tcp.files.certificate import write
     from tcp.validate import certificate as checker
@@ -190,6 +193,7 @@ def _certified(result: Result, evidence: Any, path: Path) -> Result:
             evidence,
             path,
             lambda raw: verdicts.append(checker.check(raw, None, result.instance.sha256)),
+            like,
         )
     except checker.Failure as failure:
         raise SolverError(f"{result.solver} wrote a certificate that fails: {failure}") from None
@@ -269,8 +273,8 @@ def defaults(solver: str) -> dict[str, Any]:
     return {name: p.default for name, p in _options(solver).items()}
 
 
-PROTOCOL = ("instance", "rng", "clock", "report")
-"""What every solver is given besides its options."""
+PROTOCOL = ("instance", "rng", "clock", "report", "like")
+"""What a solver is given besides its options."""
 
 
 def _options(solver: str) -> dict[str, inspect.Parameter]:

@@ -734,6 +734,20 @@ def test_what_shows_a_private_board_is_private(board, option, suffix):
     assert picture.stat().st_mode & 0o777 == 0o600
 
 
+@pytest.mark.parametrize("jobs", [1, 2])
+def test_proofs_and_hashes_of_a_private_board_are_private(board, tmp_path, jobs):
+    board.chmod(0o600)
+    open_to_all = tmp_path / "open.drl"
+    open_to_all.write_bytes(board.read_bytes())
+    open_to_all.chmod(0o644)
+    proofs, hashes = tmp_path / "proofs", tmp_path / "hashes.json"
+    wishes = ["--dry-run", "--jobs", jobs, "--certificates", proofs, "--manifest", hashes]
+    assert run(board, open_to_all, *wishes).exit_code == 0
+    modes = {path.name[:4]: path.stat().st_mode & 0o777 for path in proofs.iterdir()}
+    assert modes["boar"] == hashes.stat().st_mode & 0o777 == 0o600
+    assert modes["open"] == open_to_all.stat().st_mode & 0o777
+
+
 @pytest.mark.parametrize("name", ["a.csv", "a.tsp", "a.kicad_pcb", "a.DXF"])
 def test_what_only_solve_reads_is_said_to_be_so(tmp_path, name):
     (tmp_path / name).write_text("x,y\n1,2\n")

@@ -391,13 +391,34 @@ def test_pictures(tmp_path):
     assert (tmp_path / "a.png").read_bytes().startswith(b"\x89PNG")
 
 
-@pytest.mark.parametrize(("option", "name"), [("--plot", "a.svg"), ("--out", "a.csv")])
-def test_what_shows_a_private_workpiece_is_private(tmp_path, option, name):
-    path = tmp_path / "p.csv"
-    path.write_text("id,x,y\n1,0,0\n2,1,1\n")
-    path.chmod(0o600)
-    assert tcp("solve", option, tmp_path / name, path).exit_code == 0
-    assert (tmp_path / name).stat().st_mode & 0o777 == 0o600
+@pytest.mark.parametrize(
+    "words",
+    [
+        "solve p.csv --plot a.svg",
+        "solve p.csv --out a.csv",
+        "solve p.csv --certificate a.json",
+        "solve p.csv --save-state a.json",
+        "bound p.csv --certificate a.json",
+        "bound p.csv --certificate a.json.gz --method lp",
+        "oracle pin p.csv",
+        "export p.csv --out a.mps",
+        "validate p.csv --route 1,2,3,4 --out a.txt",
+        "validate q.csv --route-file p.csv --out a.txt",
+        "audit p.toml --out a.txt",
+    ],
+)
+def test_what_is_made_of_a_private_file_is_private(tmp_path, monkeypatch, words):
+    monkeypatch.chdir(tmp_path)
+    holes = "id,x,y\n1,0,0\n2,1,1\n3,2,1\n4,5,1\n"
+    claims = (DATA / "claims" / "htga-2016.toml").read_text()
+    for path in (Path("p.csv"), Path("q.csv"), Path("p.toml")):
+        path.write_text(holes if path.suffix == ".csv" else claims)
+        path.chmod(0o600 if path.stem == "p" else 0o644)
+    given = set(tmp_path.rglob("*"))
+    done = tcp(*words.split())
+    made = [path for path in tmp_path.rglob("*") if path.is_file() and path not in given]
+    assert made, done.output
+    assert {path.stat().st_mode & 0o777 for path in made} == {0o600}
 
 
 @pytest.mark.parametrize("command", ["solve", "info"])

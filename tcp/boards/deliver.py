@@ -109,7 +109,7 @@ def write_board(board: Board, target: Target, many: bool, hints: Hints | None) -
             return None
         _unchanged_since(board)
         _back_up(board, hints, target.force)
-    write_file(path, board.data, check, like=source)
+    write_file(path, board.data, check, like=(source,))
     return path
 
 
@@ -146,7 +146,7 @@ def _back_up(board: Board, hints: Hints | None, force: bool) -> None:
     except OSError as error:
         raise OutputError(f"cannot read {backup}: {system_reason(error)}") from None
     if kept is None:
-        write_file(backup, board.original, like=board.before.path)
+        write_file(backup, board.original, like=(board.before.path,))
     elif not (force or kept == board.original or _same_work(board, kept, hints)):
         raise OutputError(
             f"{backup} holds another board; say --force to leave it as it is, or move it away"

@@ -90,6 +90,7 @@ def answer(
     seed: int,
     report: Report = silent,
     certificate: Path | None = None,
+    source: Path | None = None,
     panels: bool = True,
     whole: Clock | None = None,
 ) -> Answer:
@@ -111,6 +112,8 @@ def answer(
         Receives the solvers' news.
     certificate : path, optional
         Where to write the proof, if there is one.
+    source : path, optional
+        The drill file: the certificate of a private one is private, too.
     panels : bool
         Whether to look for copies of one board.
     whole : Clock, optional
@@ -121,13 +124,12 @@ def answer(
     """
     seconds = LIMITS[effort] if limit is None else limit
     work: Callable[..., Result] = solve if certificate is not None else solve_by_place
+    proof: dict[str, Any] = {"certificate": certificate, "like": (source,) if source else ()}
     best = as_it_stands(instance, as_is)
     if best.optimal and certificate is None:
         return best
     if instance.form.size <= SMALL:
-        found = work(
-            instance, "auto", exact=True, seed=seed, report=report, certificate=certificate
-        )
+        found = work(instance, "auto", exact=True, seed=seed, report=report, **proof)
         return _better(best, found)
     proves = effort is not Effort.FAST and refuses(PROVER, instance) is None
     share = _seek_share(instance, proves)
@@ -143,9 +145,7 @@ def answer(
         known: dict[str, Any] = {"start_route": best.route} if share else {}
         reserve = RESERVE if instance.form.size > LATE else 0.0
         left = Stop(max((1 - reserve) * seconds - best.seconds, 0.1))
-        found = work(
-            instance, PROVER, stop=left, seed=seed, report=report, certificate=certificate, **known
-        )
+        found = work(instance, PROVER, stop=left, seed=seed, report=report, **proof, **known)
         best = _better(best, found)
     if best.bound is not None and best.bound >= (1 - GOOD) * best.cost:
         return best

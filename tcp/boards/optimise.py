@@ -180,6 +180,7 @@ def _solve_runs(
             wishes.seed,
             report,
             _certificate(wishes.certificates, program, stretch, solved),
+            program.path,
             wishes.panels,
             clock,
         )

@@ -53,4 +53,4 @@ def command(
     found = audit(
         files, knowledge=judging.knowledge(*files), ignore=judging.codes(), suspect=suspect
     )
-    return judging.report(found, details)
+    return judging.report(found, files, details)

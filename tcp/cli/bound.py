@@ -57,7 +57,7 @@ def command(
             reading = problem.read(path)
             tell(path, reading.notes)
             instance = problem.instance(reading)
-            data = bounded(instance, proof, **how)
+            data = bounded(instance, proof, path, **how)
         except TcpError as error:
             worst = max(worst, complain(error))
             continue
@@ -68,13 +68,14 @@ def command(
 def bounded(
     instance: Instance,
     proof: Path | None,
+    source: Path,
     *,
     method: str,
     time_limit: float | None,
     iterations: int | None,
     seed: int,
 ) -> dict[str, Any]:
-    """The bound of an instance by one of the methods, as plain data."""
+    """The bound of the instance in ``source`` by one of the methods, as plain data."""
     if method == "lp" and iterations is not None:
         raise UsageError("--iterations counts the trees of one-tree; lp has none")
     if proof is not None:
@@ -83,9 +84,9 @@ def bounded(
         certifiable(instance)
     clock = Clock(Stop(time=time_limit))
     if method == "lp":
-        bound = _linear(instance, proof, time_limit, seed)
+        bound = _linear(instance, proof, source, time_limit, seed)
     else:
-        bound = _one_tree(instance, proof, clock, iterations)
+        bound = _one_tree(instance, proof, source, clock, iterations)
     return {
         "instance": instance.describe(),
         "method": method,
@@ -96,7 +97,9 @@ def bounded(
     }
 
 
-def _one_tree(instance: Instance, proof: Path | None, clock: Clock, iterations: int | None) -> int:
+def _one_tree(
+    instance: Instance, proof: Path | None, source: Path, clock: Clock, iterations: int | None
+) -> int:
     from tcp.bounds.evidence import bound_certificate, small_enough
     from tcp.bounds.one_tree import one_tree_bound
 
@@ -112,15 +115,20 @@ def _one_tree(instance: Instance, proof: Path | None, clock: Clock, iterations: 
             bound_certificate(instance, found),
             proof,
             lambda raw: check(raw, sha256=instance.sha256) and None,
+            like=(source,),
         )
     return found.value
 
 
-def _linear(instance: Instance, proof: Path | None, limit: float | None, seed: int) -> int | None:
+def _linear(
+    instance: Instance, proof: Path | None, source: Path, limit: float | None, seed: int
+) -> int | None:
     from tcp.solve import solve
 
     stop = Stop(time=limit, iterations=1)
-    result = solve(instance, "branch-and-cut", stop=stop, seed=seed, certificate=proof)
+    result = solve(
+        instance, "branch-and-cut", stop=stop, seed=seed, certificate=proof, like=(source,)
+    )
     if result.status is Status.INFEASIBLE:
         raise InfeasibleError(f"{instance.name}: no route satisfies its ends and rules (proved)")
     return result.bound

@@ -57,7 +57,7 @@ def command(
     tell(file, reading.notes)
     instance = problem.instance(reading)
     text, complete = programme(instance, formulation, out.suffix, clock)
-    write_file(out, text)
+    write_file(out, text, like=(file,))
     click.echo(f"{out}: {formulation} model of {instance.name}")
     if not complete:
         click.echo("tcp: more subtour cuts are needed: the model is a relaxation", err=True)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any
@@ -62,15 +62,15 @@ class Judging:
         if self.out is not None:
             check_outputs([(self.out, ())], [path for path in inputs if path is not None])
 
-    def report(self, audit: Audit, details: str = "all") -> int:
-        """Print or write the audit; the exit code."""
+    def report(self, audit: Audit, inputs: Sequence[Path], details: str = "all") -> int:
+        """Print the audit of some files, or write it; the exit code."""
         from tcp.report.findings import render
 
         text = render(audit, self.report_as, strict=self.strict, details=details)
         if self.out is None:
             click.echo(text, nl=False)
         else:
-            write_file(self.out, text)
+            write_file(self.out, text, like=inputs)
         return Exit.FINDINGS if audit.failed(self.strict) else Exit.OK
 
 

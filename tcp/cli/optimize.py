@@ -303,7 +303,7 @@ def command(files: tuple[Path, ...], **given: Any) -> int:
         if len(boards) > 1 and not job.as_json:
             click.echo("\n" + summary_table([board for board, _ in boards]))
         if given["manifest"] is not None:
-            write_file(given["manifest"], manifest(boards))
+            write_file(given["manifest"], manifest(boards), like=paths)
     if done < len(paths):
         click.echo(f"tcp: interrupted: {done} of {len(paths)} files are done", err=True)
         return Exit.INTERRUPTED

@@ -48,7 +48,7 @@ def pin(
             home = folder or path.parent / FOLDER
             known = CertificateFolder(home).known(instance)
             if known is None or not known.optimal:
-                known = prove(instance, home, time_limit)
+                known = prove(instance, home, time_limit, like=(path,))
         except TcpError as error:
             worst = max(worst, complain(error))
             continue

@@ -55,16 +55,18 @@ class Run:
     settings: dict[str, Any]
     live: bool
 
-    def __call__(self, instance: Instance, certificate: Path | None) -> Result:
-        """Solve one instance, with a live line where one is wanted."""
+    def __call__(self, instance: Instance, certificate: Path | None, source: Path) -> Result:
+        """Solve the instance in ``source``, with a live line where one is wanted."""
         if not self.live:
-            return self._solve(instance, certificate, silent)
+            return self._solve(instance, certificate, source, silent)
         from tcp.report.live import live_line
 
         with live_line(instance) as report:
-            return self._solve(instance, certificate, report)
+            return self._solve(instance, certificate, source, report)
 
-    def _solve(self, instance: Instance, certificate: Path | None, report: Report) -> Result:
+    def _solve(
+        self, instance: Instance, certificate: Path | None, source: Path, report: Report
+    ) -> Result:
         goal = None if self.goal is None else self.goal / instance.quantum
         return solve(
             instance,
@@ -74,6 +76,7 @@ class Run:
             exact=self.exact,
             report=report,
             certificate=certificate,
+            like=(source,),
             **self.settings,
         )
 
@@ -123,11 +126,11 @@ class Outputs:
         click.echo(json.dumps(result_data(result)) if self.as_json else summary(result))
         route, picture = self.route(path), self.picture(path)
         if result.route is not None and route is not None:
-            save_route(result, route, like=path)
+            save_route(result, route, like=(path,))
         if result.route is not None and picture is not None:
             from tcp.report.plot import save_plot
 
-            save_plot(result, picture, like=path)
+            save_plot(result, picture, like=(path,))
 
 
 @click.command(epilog=EPILOG)
@@ -210,7 +213,7 @@ def command(
         try:
             reading = problem.read(path)
             tell(path, reading.notes)
-            result = run(problem.instance(reading), outputs.proof(path))
+            result = run(problem.instance(reading), outputs.proof(path), path)
             outputs(result, path)
         except TcpError as error:
             worst = max(worst, complain(error))

@@ -93,7 +93,7 @@ def command(
         mend=mend,
         ignore=judging.codes(),
     )
-    return judging.report(Audit((entry,)))
+    return judging.report(Audit((entry,)), [file] if route_file is None else [file, route_file])
 
 
 def _given(instance: Instance, optimum: str | None, lower: str | None) -> Known | None:

@@ -333,7 +333,10 @@ def from_text(text: str, path: str | Path | None = None) -> Certificate:
 
 
 def write(
-    certificate: Certificate, path: str | Path, check: Callable[[bytes], None] | None = None
+    certificate: Certificate,
+    path: str | Path,
+    check: Callable[[bytes], None] | None = None,
+    like: Sequence[Path] = (),
 ) -> Path:
     """Write a certificate, gzipped if the name ends in ``.gz``; the file appears whole or not.
 
@@ -345,6 +348,8 @@ def write(
         The file to write.
     check : callable, optional
         Sees the JSON text as it was read back, and may raise: then no file appears.
+    like : sequence of path
+        A new file is kept from whom any of these is kept from.
 
     Raises
     ------
@@ -354,14 +359,14 @@ def write(
     path = Path(path)
     data = to_text(certificate).encode()
     if path.suffix != ".gz":
-        write_file(path, data, check)
+        write_file(path, data, check, like)
         return path
 
     def unzipped(written: bytes) -> None:
         if check is not None:
             check(gzip.decompress(written))
 
-    write_file(path, gzip.compress(data, mtime=0), unzipped)
+    write_file(path, gzip.compress(data, mtime=0), unzipped, like)
     return path
 
 

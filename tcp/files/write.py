@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import sys
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from tcp.errors import OutputError, system_reason
@@ -15,12 +15,12 @@ def write_file(
     path: str | Path,
     content: str | bytes,
     check: Callable[[bytes], None] | None = None,
-    like: Path | None = None,
+    like: Sequence[Path] = (),
 ) -> None:
     """Write to a temporary file beside ``path``, read it back, and rename it into place.
 
     ``check`` sees what was read back and may raise: then nothing is renamed.
-    A new file is kept from whom the file ``like`` is kept from.
+    A new file is kept from whom any of the files ``like`` is kept from.
     Devices and pipes such as ``/dev/stdout`` are written directly, see :func:`is_stream`.
 
     Raises
@@ -72,7 +72,7 @@ def real_path(path: Path) -> Path:
 
 
 def _replace(
-    path: Path, data: bytes, check: Callable[[bytes], None] | None, like: Path | None
+    path: Path, data: bytes, check: Callable[[bytes], None] | None, like: Sequence[Path]
 ) -> None:
     handle, name = tempfile.mkstemp(dir=path.parent, prefix=".tcp-")
     temporary = Path(name)
@@ -92,11 +92,14 @@ def _replace(
         temporary.unlink(missing_ok=True)
 
 
-def _mode(path: Path, like: Path | None) -> int:
+def _mode(path: Path, like: Sequence[Path]) -> int:
     """Permissions for the new file: the old file's, else what umask and ``like`` grant."""
     if path.exists():
         return path.stat().st_mode & 0o777
     mask = os.umask(0)
     os.umask(mask)
-    granted = like.stat().st_mode if like is not None and like.is_file() else 0o666
-    return 0o666 & ~mask & (granted | 0o600)
+    granted = 0o666 & ~mask
+    for one in like:
+        if one.is_file():
+            granted &= one.stat().st_mode
+    return granted | 0o600

@@ -214,4 +214,4 @@ def save_board_html(board: Board, path: Path) -> None:
     OutputError
         If it cannot be written.
     """
-    write_file(path, board_html(board), like=board.before.path)
+    write_file(path, board_html(board), like=(board.before.path,))

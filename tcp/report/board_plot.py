@@ -253,9 +253,9 @@ def save_board_plot(board: Board, path: Path) -> None:
     """
     suffix = path.suffix.lower()
     if suffix == ".svg":
-        write_file(path, board_svg(board), like=board.before.path)
+        write_file(path, board_svg(board), like=(board.before.path,))
     elif suffix == ".png":
-        write_file(path, _png(board), like=board.before.path)
+        write_file(path, _png(board), like=(board.before.path,))
     else:
         raise UsageError(f"{path}: pictures are written as .svg or .png")
 

@@ -7,6 +7,7 @@ direction shows without arrows.
 from __future__ import annotations
 
 import io
+from collections.abc import Sequence
 from dataclasses import dataclass
 from html import escape
 from pathlib import Path
@@ -94,10 +95,10 @@ def _runs(line: list[Place]) -> list[Run]:
     return [(colour, line[a : b + 1]) for colour, a, b in shaded(len(line) - 1, RUNS)]
 
 
-def save_plot(result: Result, path: Path, like: Path | None = None) -> None:
+def save_plot(result: Result, path: Path, like: Sequence[Path] = ()) -> None:
     """Draw the route to a file: ``.svg``, or ``.png`` where matplotlib is installed.
 
-    It is kept from whom the file ``like`` is kept from.
+    It is kept from whom any of the files ``like`` is kept from.
 
     Raises
     ------

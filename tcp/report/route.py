@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 
 import tcp
@@ -14,10 +15,10 @@ from tcp.result import Result, decimal
 WRITERS = {".csv": route_csv, ".tour": route_tour}
 
 
-def save_route(result: Result, path: Path, like: Path | None = None) -> None:
+def save_route(result: Result, path: Path, like: Sequence[Path] = ()) -> None:
     """Write the route as CSV, or as a TSPLIB tour where the name ends in ``.tour``.
 
-    It is kept from whom the file ``like`` is kept from.
+    It is kept from whom any of the files ``like`` is kept from.
 
     Raises
     ------

@@ -46,6 +46,7 @@ def run(
     start_route: Sequence[int] | None = None,
     save_state: str | Path | None = None,
     resume: str | Path | None = None,
+    like: Sequence[Path] = (),
 ) -> Outcome:
     """Find a shortest route and prove it; see :func:`tcp.solve.solve`.
 
@@ -58,6 +59,8 @@ def run(
         between nodes and while the root is being cut.
     resume : path, optional
         Such a file: the proof goes on from there.
+    like : sequence of path
+        A new state is kept from whom any of these files is kept from.
 
     Raises
     ------
@@ -72,7 +75,8 @@ def run(
         state = None if resume is None else load(resume, instance)
     if instance.form.size <= 2:
         return _tiny(instance)
-    engine = _Engine(instance, clock, report, None if save_state is None else Path(save_state))
+    place = None if save_state is None else Path(save_state)
+    engine = _Engine(instance, clock, report, place, like)
     return engine.run(rng, start_route, state, resume)
 
 
@@ -93,6 +97,7 @@ class _Engine:
     clock: Clock
     report: Report
     save_state: Path | None = None
+    like: Sequence[Path] = ()
     bound: int | None = None
     open_nodes: int = 1
     details: dict[str, object] = field(default_factory=dict)
@@ -146,7 +151,7 @@ class _Engine:
         if self.save_state is None or (now < self._due and not at_once):
             return
         state = certificate(self.instance, self.tree, bound, self._route())
-        write(state, self.save_state)
+        write(state, self.save_state, like=self.like)
         self._due = now + max(SAVE_EVERY, 10 * (self.clock.elapsed - now))
 
     # -- news --------------------------------------------------------------
