@@ -120,7 +120,7 @@ def _contract(size: int, i: Ints, j: Ints, x: Floats, root: Ints, limit: float) 
         p, q, w = _merged(count, name, root, i, j, x)
         ptr, other, edge = adjacency_lists(p, q, count)
         _note_degrees(size, count, ptr, edge, w, root, representative, limit, found)
-        if _lean(count, ptr, other, edge, w, root, representative):
+        if _contract_dominated(count, ptr, other, edge, w, root, representative):
             continue
         _phase(size, count, ptr, other, edge, w, root, representative, limit, found)
 
@@ -180,7 +180,7 @@ def _note_degrees(
 
 
 @lean
-def _lean(
+def _contract_dominated(
     count: int, ptr: Ints, other: Ints, edge: Ints, w: Floats, root: Ints, representative: Ints
 ) -> bool:
     """Contract every node with a neighbour to which half of its degree leads; whether any was.
