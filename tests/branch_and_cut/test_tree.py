@@ -87,6 +87,41 @@ def test_the_checker_closes_it_too_and_only_because_of_the_roots_duals():
             check(to_text(proof).encode())
 
 
+def planted(problem: Problem, tour: np.ndarray) -> Tree:
+    """A tree that knows one tour."""
+    incumbent = Incumbent(problem, np.arange(problem.size))
+    incumbent.offer(tour)
+    lp = Relaxation(problem, first_pairs(problem, tour), unit_of(problem))
+    return Tree(Cutter(problem, lp, incumbent, Clock(Stop())))
+
+
+def test_no_pair_dies_that_an_earlier_proof_may_force():
+    """Two proofs close what is left without a pair, and with it: the checker must not see less.
+
+    The first forces the pair only once a better tour is known; by then the second has excluded it.
+    """
+    x, y = np.random.default_rng(366).integers(0, 30, (2, 11))
+    instance = Instance(Workpiece("piece", tuple(map(str, range(11))), x, y))
+    problem = Problem.of(instance)
+    best = np.array(instance.tour(solve(instance, "held-karp", exact=True).route))
+    worse, cost = best.copy(), instance.cost(instance.route(best))
+    worse[1:6] = worse[1:6][::-1]
+    assert cost == 68 and instance.cost(instance.route(worse)) > cost
+    pair = 16
+    tree = planted(problem, worse)
+    for side, tour in ((0, best), (1, worse)):
+        one, decided = planted(problem, tour), Fixings.root(problem).with_pair(pair, side)
+        one.cutter.lp.enter(decided, (), None)
+        tree.root_duals = one.cutter.process(decided, ()).duals
+        tree.eliminate()
+    tree.cutter.incumbent.offer(best)
+    tree.eliminate()
+    assert len(tree.fixes) == 2 and pair in tree.cutter.alive.keys
+    tree.run()
+    proof = certificate(instance, tree, cost, instance.route(best))
+    assert check(to_text(proof).encode()).lower == cost
+
+
 @pytest.mark.parametrize(
     ("nodes", "closed", "hard"),
     [(8, 0.0, True), (8, 0.4, True), (8, 0.6, False), (16, 0.6, True), (16, 0.8, False)],

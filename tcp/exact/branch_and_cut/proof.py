@@ -208,10 +208,10 @@ def ceiling(scaled: int, scale: int, granularity: int) -> int:
 
 @dataclass(frozen=True, eq=False)
 class Survivors:
-    """Keys of the pairs that a better tour may use, and of those that every one of them uses."""
+    """Keys of the pairs that a better tour may use, and of those with a negative reduced cost."""
 
     kept: Ints
-    used: Ints
+    negative: Ints
 
 
 def survivors(
@@ -220,8 +220,10 @@ def survivors(
     """The pairs that a tour of cost up to ``need`` may use, or None if too many.
 
     A pair with ``LB + rc > need`` is in no such tour: its own rc adds to the
-    bound if it is used.  One with ``LB - rc > need`` is in all of them.  A pair of negative rc
-    always stays, as it does for the checker, whose domain must not be larger than this.
+    bound if it is used.  One with ``LB - rc > need`` is in all of them: the checker demands it
+    below, and may do so for a pair of any negative rc, since the tours that a finished proof asks
+    about are cheaper than those known now.  So these stay, in whatever later proofs exclude: the
+    checker's domain must not be larger than this.
 
     Parameters
     ----------
@@ -242,5 +244,4 @@ def survivors(
             return None
         keys = problem.keys(i, j)
     kept = np.unique(keys[rc <= max(slack, -1)])
-    used = np.unique(keys[(rc < 0) & (-rc > slack)])
-    return Survivors(kept, np.setdiff1d(used, problem.forbidden))
+    return Survivors(kept, np.setdiff1d(keys[rc < 0], problem.forbidden))

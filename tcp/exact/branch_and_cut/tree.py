@@ -80,7 +80,7 @@ class Tree:
     saved: Callable[[Tree], None] = lambda tree: None
     nodes: list[Node] = field(default_factory=list)
     fixes: list[Duals] = field(default_factory=list)
-    used: Ints = field(default_factory=lambda: np.zeros(0, np.int64))
+    negative: Ints = field(default_factory=lambda: np.zeros(0, np.int64))
     heap: list[tuple[int, int, int]] = field(default_factory=list)
     root_duals: Duals | None = None
     stopped: bool = False
@@ -264,8 +264,7 @@ class Tree:
             node.duals = None
             return
         if self._demands_the_dead(node):
-            # the checker may keep a pair that another proof of the root forces: these duals
-            # price it out, and where it is gone as well any duals close the leaf
+            # gone for the checker, too: any duals close a leaf that demands what is gone
             node.closed, node.duals = True, self.root_duals
             return
         heapq.heappush(self.heap, (node.bound, node.depth, at))
@@ -296,8 +295,8 @@ class Tree:
         found = survivors(problem, duals, scaled, need, cutter.alive, FEW * problem.size)
         if found is None:
             return
-        keys = reduce(np.union1d, (found.kept, problem.forced, self.used))
-        self.used = np.union1d(self.used, found.used)
+        keys = reduce(np.union1d, (found.kept, problem.forced, self.negative))
+        self.negative = np.union1d(self.negative, found.negative)
         if cutter.alive.keys is not None and len(keys) == len(cutter.alive.keys):
             return
         if not any(duals is d for d in self.fixes):
