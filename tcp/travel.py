@@ -169,7 +169,8 @@ class Travel:
     Raises
     ------
     UsageError
-        For speeds, accelerations or quanta that are not positive, or any with ``explicit``.
+        For speeds, accelerations or quanta that are not positive, or any with ``explicit``;
+        for rounding up where costs are exact.
     """
 
     model: Model = Model.SEQUENTIAL
@@ -193,6 +194,8 @@ class Travel:
         given = self.vx != 1 or self.vy != 1 or self.ax or self.ay or self.quantum
         if self.model is Model.EXPLICIT and (given or self.rounding is not Rounding.NEAREST):
             raise UsageError("explicit travel is the file's own times: no speeds, no rounding")
+        if self.exact and self.rounding is Rounding.UP:
+            raise UsageError(f"{self.model} travel is exact: rounding up needs a quantum")
 
     @property
     def exact(self) -> bool:

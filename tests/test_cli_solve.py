@@ -109,6 +109,7 @@ USAGE = {
     "axes of no ramps": ["--axes", "sequential"],
     "zero acceleration": ["--travel", "trapezoidal", "--ax", "0", "--ay", "1"],
     "zero quantum": ["--quantum", "0"],
+    "rounding of exact times": ["--rounding", "up"],
     "home no point": ["--home", "here"],
     "home half a point": ["--home", "3,"],
     "legs without home": ["--legs", "out"],

@@ -20,9 +20,16 @@ steps = st.sampled_from([Fraction(1), Fraction(1, 1000), Fraction(254, 100_000)]
 distances = st.integers(-20_000, 20_000)
 
 
+def travel_of(*, model: Model, rounding: Rounding, quantum: Fraction | None, **rest) -> Travel:
+    """Exact costs are not rounded."""
+    exact = quantum is None and model in (Model.SEQUENTIAL, Model.SIMULTANEOUS)
+    way = Rounding.NEAREST if exact else rounding
+    return Travel(model, quantum=quantum, rounding=way, **rest)
+
+
 def travels() -> st.SearchStrategy[Travel]:
     return st.builds(
-        Travel,
+        travel_of,
         model=st.sampled_from([m for m in Model if m is not Model.EXPLICIT]),
         vx=speeds,
         vy=speeds,
@@ -118,6 +125,13 @@ def test_trapezoidal_needs_accelerations():
 def test_explicit_times_have_no_speeds_and_are_not_rounded(given):
     with pytest.raises(UsageError, match="the file's own times"):
         Travel(Model.EXPLICIT, **given)
+
+
+@pytest.mark.parametrize("model", [Model.SEQUENTIAL, Model.SIMULTANEOUS])
+def test_exact_costs_are_not_rounded_up(model):
+    with pytest.raises(UsageError, match=f"{model} travel is exact: rounding up needs a quantum"):
+        Travel(model, rounding=Rounding.UP)
+    assert Travel(model, rounding=Rounding.UP, quantum=Fraction(1)).rounding is Rounding.UP
 
 
 def test_costs_beyond_62_bits_are_refused():
