@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Callable
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, fields
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
@@ -21,6 +21,7 @@ import click
 
 from tcp.errors import InputError, UsageError
 from tcp.files import Reading, read
+from tcp.files.reading import travel_as
 from tcp.fleet import BACKENDS
 from tcp.instance import Ends, Instance
 from tcp.rules import Balance, Rules
@@ -157,13 +158,8 @@ class Problem:
         )
 
     def travel_of(self, own: Travel | None) -> Travel:
-        """The travel model: as asked for, else the file's own, else sequential.
-
-        A model that is the file's own keeps the file's own rounding, so that
-        ``--travel euclidean`` on a TSPLIB ``EUC_2D`` file stays in its integers.
-        """
+        """The travel model: as asked for, else the file's own, else sequential."""
         model = None if self.travel is None else parse_model(self.travel)
-        base = own if own is not None and model in (None, own.model) else None
         given = {
             name: getattr(self, name)
             for name in ("vx", "vy", "ax", "ay", "quantum")
@@ -173,15 +169,12 @@ class Problem:
             given["axes"] = Model(self.axes)
         if self.rounding is not None:
             given["rounding"] = Rounding(self.rounding)
-        if base is not None:
-            model = base.model
-        if model is not Model.TRAPEZOIDAL and given.keys() & {"ax", "ay", "axes"}:
+        travel = travel_as(own, model, **given)
+        if travel.model is not Model.TRAPEZOIDAL and given.keys() & {"ax", "ay", "axes"}:
             raise UsageError(
                 "--ax, --ay and --axes are for trapezoidal travel; give --travel trapezoidal"
             )
-        if base is not None:
-            return replace(base, **given)
-        return Travel(model or Model.SEQUENTIAL, **given)
+        return travel
 
     def ends_of(self, workpiece: Workpiece) -> Ends:
         """The ends, holes looked up by id."""

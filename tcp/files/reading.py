@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from pathlib import Path
+from typing import Any
 
 from tcp.travel import Model, Travel
 from tcp.workpiece import INCH, Workpiece
@@ -40,14 +41,16 @@ class Reading:
     notes: tuple[str, ...] = ()
 
 
-def travel_as(own: Travel | None, model: Model | None) -> Travel:
+def travel_as(own: Travel | None, model: Model | None, **given: Any) -> Travel:
     """The travel model asked for, else the file's own, else sequential.
 
-    A model that is the file's own keeps the file's own rounding.
+    A model that is the file's own keeps what the file says about it, so that
+    ``--travel euclidean`` on a TSPLIB ``EUC_2D`` file stays in its integers; ``given`` are
+    speeds, quantum and the like that are asked for.
     """
     if own is not None and model in (None, own.model):
-        return own
-    return Travel(model or Model.SEQUENTIAL)
+        return replace(own, **given)
+    return Travel(model or Model.SEQUENTIAL, **given)
 
 
 def coincidence_note(workpiece: Workpiece) -> list[str]:
