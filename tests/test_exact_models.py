@@ -4,15 +4,18 @@ from __future__ import annotations
 
 import itertools
 
+import highspy
 import numpy as np
+import pulp
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tcp import Ends, Instance, Status, Stop, StopReason, Travel, Workpiece, solve
 from tcp.errors import UsageError
-from tcp.exact.backends import Cbc, least
+from tcp.exact.backends import Cbc, Highs, least
 from tcp.exact.min_cut import violated_sets
+from tcp.models.milp import FORMULATIONS
 from tcp.travel import Model
 
 
@@ -161,3 +164,21 @@ def test_only_a_single_worker_of_cp_sat_is_given_a_hint(workers, monkeypatch):
     piece = Workpiece.from_decimals("p", [(0, 0), (3, 1), (1, 4), (5, 2), (2, 2)])
     assert solve(Instance(piece), "cp-sat", workers=workers).status is Status.OPTIMAL
     assert len(hinted) == (workers == 1)
+
+
+@pytest.mark.parametrize("relaxed", [False, True])
+@pytest.mark.parametrize("formulation", FORMULATIONS)
+def test_highs_gets_the_model_that_pulp_would_give_it(formulation, relaxed):
+    model = FORMULATIONS[formulation](line(7, Ends(start=2)).form)
+    model.relax(relaxed)
+    translator, found = pulp.HiGHS(msg=False), []
+    for load in (translator.buildSolverModel, lambda p: Highs._load(p, p.solverModel)):
+        translator.createAndConfigureSolver(model.problem)
+        load(model.problem)
+        lp = model.problem.solverModel.getLp()
+        columns, rows = (lp.col_cost_, lp.col_lower_, lp.col_upper_), (lp.row_lower_, lp.row_upper_)
+        matrix = (lp.a_matrix_.start_, lp.a_matrix_.index_, lp.a_matrix_.value_)
+        whole = [kind for kind in lp.integrality_ if kind == highspy.HighsVarType.kInteger]
+        assert bool(whole) is not relaxed
+        found.append([list(part) for part in (*columns, *rows, *matrix, whole)])
+    assert found[0] == found[1]

@@ -15,7 +15,7 @@ import signal
 import subprocess
 import tempfile
 from abc import ABC, abstractmethod
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from contextlib import suppress
 from dataclasses import dataclass
 from decimal import Decimal
@@ -24,6 +24,7 @@ from pathlib import Path
 from typing import Any
 
 import highspy
+import numpy as np
 import pulp
 
 from tcp.errors import TcpError, UsageError
@@ -98,6 +99,12 @@ class Backend(ABC):
         """
 
 
+def _ends(ranges: Iterable[tuple[float | None, float | None]]) -> tuple[Any, Any]:
+    """Lower and upper ends as arrays, infinite where they are None."""
+    low, high = np.array([*ranges], float).T
+    return np.where(np.isnan(low), -np.inf, low), np.where(np.isnan(high), np.inf, high)
+
+
 class Highs(Backend):
     """HiGHS in this process; its callbacks carry bounds out and the wish to stop in."""
 
@@ -116,8 +123,8 @@ class Highs(Backend):
             dual_feasibility_tolerance=TIGHT,
         )
         translator.createAndConfigureSolver(problem)
-        translator.buildSolverModel(problem)
         solver = problem.solverModel
+        self._load(problem, solver)
         if start:
             first = highspy.HighsSolution()
             first.col_value = [float(v.varValue) for v in problem.variables()]
@@ -126,6 +133,25 @@ class Highs(Backend):
         _, stopped = attend(solver.run, watch, lambda: cancelled.append(True))
         solver.setCallback(None, None)
         return self._answer(problem, solver, stopped)
+
+    @staticmethod
+    def _load(problem: pulp.LpProblem, solver: Any) -> None:
+        """Hand over all columns and all rows at once: PuLP's one by one take quadratic time."""
+        columns, rows = problem.variables(), problem.constraints()
+        cost = [problem.objective.get(v, 0.0) for v in columns]
+        low, high = _ends((v.lowBound, v.upBound) for v in columns)
+        nothing = np.zeros(0, np.int32)
+        none = np.zeros(len(columns), np.int32), nothing, np.zeros(0)
+        solver.addCols(len(columns), np.array(cost, float), low, high, 0, *none)
+        whole = np.array([k for k, v in enumerate(columns) if v.cat == pulp.LpInteger], np.int32)
+        kind = np.full(len(whole), int(highspy.HighsVarType.kInteger), np.uint8)
+        solver.changeColsIntegrality(len(whole), whole, kind)
+        place = {v: k for k, v in enumerate(columns)}
+        starts = np.cumsum([0, *map(len, rows)], dtype=np.int32)
+        index = np.array([place[v] for row in rows for v in row], np.int32)
+        value = np.array([a for row in rows for a in row.values()], float)
+        low, high = _ends((row.getLb(), row.getUb()) for row in rows)
+        solver.addRows(len(rows), low, high, len(index), starts[:-1], index, value)
 
     def _listen(self, solver: Any) -> list[bool]:
         """Let HiGHS look now and then whether the returned list is still empty."""
