@@ -7,7 +7,7 @@ import platform
 import signal
 import sys
 import threading
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from functools import cache
@@ -123,12 +123,7 @@ def solve(
     entry, module = _look_up(name, exact)
     _check_call(name, instance, seed, options)
     if certificate is not None:
-        from tcp.files.certifiable import certifiable
-
-        certifiable(instance)
-        refusal = refuses(ENGINE, instance)
-        if refusal:
-            raise UsageError(f"no certificate of {instance.name}: {ENGINE} makes it, and {refusal}")
+        _check_certifiable(instance)
     known, wishes = inspect.signature(module.run).parameters, {"exact": exact, "like": like}
     options |= {key: value for key, value in wishes.items() if value and key in known}
     clock, trace = Clock(stop or Stop()), _Trace(report)
@@ -137,12 +132,7 @@ def solve(
         report(Progress(clock.elapsed, note="compiling, once on this machine"))
 
     with interruptible(clock), compiling_is_free(clock, compiling):
-        try:
-            outcome: Outcome = module.run(
-                instance, rng=np.random.default_rng(seed), clock=clock, report=trace, **options
-            )
-        except MemoryError:
-            raise UsageError(f"{name} needs more memory than there is") from None
+        outcome = _run(name, instance, seed, clock, trace, options)
         if certificate is not None and outcome.evidence is None:
             outcome = _with_evidence(instance, outcome, seed, clock, trace)
     if why:
@@ -157,17 +147,37 @@ ENGINE = "branch-and-cut"
 """Who proves what other solvers found."""
 
 
+def _check_certifiable(instance: Instance) -> None:
+    from tcp.files.certifiable import certifiable
+
+    certifiable(instance)
+    refusal = refuses(ENGINE, instance)
+    if refusal:
+        raise UsageError(f"no certificate of {instance.name}: {ENGINE} makes it, and {refusal}")
+
+
+def _run(
+    name: str,
+    instance: Instance,
+    seed: int,
+    clock: Clock,
+    report: Report,
+    options: Mapping[str, Any],
+) -> Outcome:
+    """What a registered solver answers; it is not checked yet."""
+    run: Callable[..., Outcome] = import_module(SOLVERS[name].module).run
+    rng = np.random.default_rng(seed)
+    try:
+        return run(instance, rng=rng, clock=clock, report=report, **options)
+    except MemoryError:
+        raise UsageError(f"{name} needs more memory than there is") from None
+
+
 def _with_evidence(
     instance: Instance, outcome: Outcome, seed: int, clock: Clock, report: Report
 ) -> Outcome:
     """A solver's outcome with a certificate that the proof engine made, starting from its route."""
-    proved: Outcome = import_module(SOLVERS[ENGINE].module).run(
-        instance,
-        rng=np.random.default_rng(seed),
-        clock=clock,
-        report=report,
-        start_route=outcome.route,
-    )
+    proved = _run(ENGINE, instance, seed, clock, report, {"start_route": outcome.route})
     better = outcome.route is None or (
         proved.route is not None and instance.cost(proved.route) < instance.cost(outcome.route)
     )
