@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from enum import StrEnum
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -123,43 +124,40 @@ def answer(
     the solvers see the same problem however the file lists them.
     """
     seconds = LIMITS[effort] if limit is None else limit
-    work: Callable[..., Result] = solve if certificate is not None else solve_by_place
+    facade: Callable[..., Result] = solve if certificate is not None else solve_by_place
+    work = partial(facade, instance, seed=seed, report=report)
     proof: dict[str, Any] = {"certificate": certificate, "like": (source,) if source else ()}
     best = as_it_stands(instance, as_is)
     if best.optimal and certificate is None:
         return best
     if instance.form.size <= SMALL:
-        found = work(instance, "auto", exact=True, seed=seed, report=report, **proof)
-        return _better(best, found)
+        return _better(best, work("auto", exact=True, **proof))
     proves = effort is not Effort.FAST and refuses(PROVER, instance) is None
-    share = _seek_share(instance, proves)
-    if share:
-        part = Stop(min(share * seconds, SEEK_MOST) if proves else share * seconds)
-        if effort is Effort.FAST:
-            size = instance.form.size
-            counted = limit is None and size <= COUNTED
-            part = Stop(None if counted else part.time, KICKS * size)
-        found = work(instance, SEEKER, stop=part, seed=seed, report=report, panels=panels)
-        best = _better(best, found)
+    seeking = _seeking(instance.form.size, effort, limit, proves)
+    if seeking is not None:
+        best = _better(best, work(SEEKER, stop=seeking, panels=panels))
     if proves and not best.interrupted:
-        known: dict[str, Any] = {"start_route": best.route} if share else {}
+        if seeking is not None:
+            proof["start_route"] = best.route
         reserve = RESERVE if instance.form.size > LATE else 0.0
         left = Stop(max((1 - reserve) * seconds - best.seconds, 0.1))
-        found = work(instance, PROVER, stop=left, seed=seed, report=report, **proof, **known)
-        best = _better(best, found)
+        best = _better(best, work(PROVER, stop=left, **proof))
     if best.bound is not None and best.bound >= (1 - GOOD) * best.cost:
         return best
     clock = (whole or Clock(Stop())).part(Stop(max(seconds - best.seconds, RESERVE * seconds)))
     return _bounded(instance, best, clock)
 
 
-def _seek_share(instance: Instance, proves: bool) -> float:
-    """Share of the time for the local search before anything else."""
+def _seeking(size: int, effort: Effort, limit: float | None, proves: bool) -> Stop | None:
+    """When the local search stops that comes before anything else; None where it is left out."""
+    seconds = LIMITS[effort] if limit is None else limit
+    if effort is Effort.FAST:
+        counted = limit is None and size <= COUNTED
+        return Stop(None if counted else (1 - BOUND_SHARE) * seconds, KICKS * size)
     if not proves:
-        return 1 - BOUND_SHARE
-    if instance.form.size > LATE:
-        return 1.5 * SEEK_SHARE
-    return SEEK_SHARE if instance.form.size > LARGE else 0.0
+        return Stop((1 - BOUND_SHARE) * seconds)
+    share = 1.5 * SEEK_SHARE if size > LATE else SEEK_SHARE
+    return Stop(min(share * seconds, SEEK_MOST)) if size > LARGE else None
 
 
 def _bounded(instance: Instance, best: Answer, clock: Clock) -> Answer:
