@@ -9,9 +9,9 @@ tour is one, so under node potentials p the lightest 1-tree bounds every tour fr
 Mathematical Programming 1 (1971)).  For an open path the virtual node is the special one: the
 ends of the path then cost what their potentials say, and nothing is ever cut out of a tour.
 
-The ascent moves each potential by its node's degree (2 is right), over trees of candidate pairs
-only: O(n k) memory.  Those trees prove nothing.  The bound that is returned comes from exact trees
-over all pairs (:mod:`tcp.bounds.spanning`) in integers, whose new pairs join the candidates.
+The ascent (:mod:`tcp.bounds.ascent`) looks at trees of candidate pairs only: O(n k) memory.
+Those trees prove nothing.  The bound that is returned comes from exact trees over all pairs
+(:mod:`tcp.bounds.spanning`) in integers, whose new pairs join the candidates.
 """
 
 from __future__ import annotations
@@ -21,6 +21,7 @@ from typing import Any
 
 import numpy as np
 
+from tcp.bounds.ascent import Ascent, ranked
 from tcp.bounds.candidates import near_pairs
 from tcp.bounds.spanning import HUGE, Cells, boruvka, cells, kruskal, prim
 from tcp.instance import Instance
@@ -37,9 +38,6 @@ ROUNDS = 4
 
 More of them cost more than they show: 8 gain 4e-7 of the bound of 20,000 random holes.
 """
-
-FIRST, LAST = 2.0, 0.0003
-"""First and last step, as shares of the mean length of a tree edge."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -115,10 +113,10 @@ def _ascend(
     """The ascent, in rounds that each end in an exact bound."""
     total = iterations or int(np.clip(200_000_000 // (ground.n * width), 200, 2_000))
     best = ground.exact(np.zeros(ground.n), 0)  # no potentials: at least 0
-    ascent = _Ascent(ground, ground.place[best.tree])
+    ascent = _Climb(ground, ground.place[best.tree], total)
     for turn in range(1, ROUNDS + 1):
         while ascent.steps < total * turn // ROUNDS and clock.reason() is None:
-            ascent.step(total)
+            ascent.step()
         found = ground.exact(ascent.best, ascent.steps)
         best = found if found.exact > best.exact else replace(best, iterations=ascent.steps)
         report(Progress(clock.elapsed, None, best.value, ascent.steps, "bound"))
@@ -237,19 +235,19 @@ class _Ground:
         return tree[weights[tree[:, 0], tree[:, 1]] < HUGE]
 
 
-class _Ascent:
-    """Subgradient steps over the candidate pairs; potentials in floats, scaled like the costs.
+class _Climb:
+    """An ascent over the candidate pairs; potentials in floats, scaled like the costs."""
 
-    The step is a geometrically falling share of the mean tree edge, its direction a mix of this
-    tree's degrees and the last one's.
-    """
-
-    def __init__(self, ground: _Ground, tree: Ints):
-        self.ground, self.steps = ground, 0
-        self.best, self.now, self.drift = (np.zeros(ground.n) for _ in range(3))
+    def __init__(self, ground: _Ground, tree: Ints, total: int):
+        self.ground, self.best = ground, np.zeros(ground.n)
+        self.ascent = Ascent(ground.n, float(ground.costs(tree).mean()), total)
         self.ends = np.vstack([ground.forced, ground.near])
-        self.length = float(ground.costs(tree).mean())
         self.learn(tree)
+
+    @property
+    def steps(self) -> int:
+        """Trees looked at."""
+        return self.ascent.steps
 
     def learn(self, tree: Ints) -> None:
         """Take an exact tree's pairs as candidates, and judge potentials afresh."""
@@ -261,23 +259,20 @@ class _Ascent:
         self.costs = self.ground.costs(self.ends)
         self.best_value = -np.inf
 
-    def step(self, total: int) -> None:
+    def step(self) -> None:
         """One tree, one move."""
-        ground, now = self.ground, self.now
-        weights = self.costs - now[self.ends[:, 0]] - now[self.ends[:, 1]]
+        ground, now = self.ground, self.ascent.now
+        weights = self.ascent.weights(self.ends, self.costs)
         free = len(ground.forced)
-        chosen, degree = kruskal(ground.n, self.ends, np.argsort(weights[free:]) + free, free)
+        rank = ranked(weights[free:]) + free
+        chosen, degree = kruskal(ground.n, self.ends, rank, free)
         around = ground.to_special - now
         two = ground.partners(around)
         degree[two] += 1
         value = float(2 * now.sum() + weights[chosen].sum() + around[two].sum())
         if value > self.best_value:
-            self.best_value, self.best = value, now.copy()
-        missing = 2.0 - degree
-        self.drift = missing if self.steps == 0 else 0.7 * missing + 0.3 * self.drift
-        pace = FIRST * self.length * (LAST / FIRST) ** (self.steps / total)
-        self.now = now + pace * self.drift
-        self.steps += 1
+            self.best_value, self.best = value, now
+        self.ascent.move(degree)
 
 
 def _scale(instance: Instance) -> int:

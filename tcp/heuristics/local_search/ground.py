@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from tcp.jit import compiled, inlined, inner
+from tcp.jit import allocating, compiled, inlined, inner
 from tcp.kernels import cost_of_move
 from tcp.travel import Ints
 
@@ -120,6 +120,15 @@ def ruled(pairs: Any, u: int, v: int) -> int:
         else:
             high = middle
     return pairs[low, 1] if low < pairs.shape[0] and pairs[low, 0] == key else np.int64(0)
+
+
+@allocating
+def prices(costs: Any, u: Any, v: Any) -> Any:
+    """Costs of many edges."""
+    found = np.empty(u.size, np.int64)
+    for k in range(u.size):
+        found[k] = price(costs, np.int32(u[k]), np.int32(v[k]))
+    return found
 
 
 @compiled

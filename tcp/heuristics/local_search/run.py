@@ -11,7 +11,9 @@ import numpy as np
 from tcp.errors import InfeasibleError
 from tcp.fleet import threads
 from tcp.heuristics.local_search import neighbours, starts
+from tcp.heuristics.local_search.alpha import alpha_nearest
 from tcp.heuristics.local_search.anneal import FEW, Join, Search
+from tcp.heuristics.local_search.ground import Ground, Small
 from tcp.heuristics.local_search.survey import survey
 from tcp.instance import Ends, Instance, TourForm
 from tcp.result import Report, silent
@@ -32,6 +34,10 @@ WIDTH, WIDE = 6, 7
 hardly time for kicks, and a descent over more of them comes further."""
 
 LARGE = 150_000
+
+FEWER, MANY, CHOOSING = 5, 20_000, 0.15
+"""Candidates by alpha-nearness, most nodes for which there are, and the share of the time limit
+that choosing them may take."""
 
 
 def improve(
@@ -92,6 +98,7 @@ def improve(
         order = starts.greedy(ground)
     else:
         order = starts.with_forced(ground, ground.order(np.asarray(tour, np.int64)))
+    ground = _by_alpha(ground, order, form, clock)
     search = Search(ground, order, rng, clock, report, join)
     search.descend()
     limit = clock.stop.iterations if kicks is None else kicks
@@ -101,6 +108,15 @@ def improve(
     return [int(v) for v in ground.label[search.best]]
 
 
+def _by_alpha(ground: Ground, order: Small, form: TourForm, clock: Clock) -> Ground:
+    """The ground with better candidates, where they do not take more than a share of the time."""
+    if form.real < TINY or form.size > MANY:
+        return ground
+    limit = clock.stop.time
+    part = clock.part(Stop(None if limit is None else CHOOSING * limit))
+    return alpha_nearest(ground, order, form.real, FEWER, late=lambda: part.over)
+
+
 @cache
 def warm_up() -> None:
     """Compile (or load from the cache) every kernel, on two clusters of a dozen holes."""
@@ -108,6 +124,7 @@ def warm_up() -> None:
     piece = Workpiece("warm-up", tuple(map(str, range(24))), x + np.repeat([0, 500], 12), x[::-1])
     ground = survey(Instance(piece, ends=Ends(start=0)).form, 4)
     rng, clock = np.random.default_rng(0), Clock(Stop())
+    ground = alpha_nearest(ground, starts.greedy(ground), 24, 4)
     for order in (starts.greedy(ground), starts.curve(ground)):
         search = Search(ground, order, rng, clock, silent)
         search.descend()

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tcp.heuristics.local_search.ground import MATRIX, Ground, Small, price
+from tcp.heuristics.local_search.ground import MATRIX, Ground, Small, prices
 from tcp.heuristics.local_search.neighbours import points
 from tcp.jit import allocating, compiled, inner
 from tcp.travel import Ints
@@ -99,15 +99,7 @@ def _joints(g: Ground, loose: Ints, root: Small) -> tuple[Ints, Ints, Ints]:
         u, v = np.repeat(first, rest.size), np.tile(rest, first.size)
     else:
         u, v = u[apart], v[apart]
-    return u, v, _prices(g.costs, u, v)
-
-
-@allocating
-def _prices(costs: Any, u: Any, v: Any) -> Any:
-    found = np.empty(u.size, np.int64)
-    for k in range(u.size):
-        found[k] = price(costs, np.int32(u[k]), np.int32(v[k]))
-    return found
+    return u, v, prices(g.costs, u, v)
 
 
 @inner

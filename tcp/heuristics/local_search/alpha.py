@@ -1,0 +1,170 @@
+"""Candidates by alpha-nearness: what the lightest tree costs more if it must have a pair.
+
+The nearest nodes are not those that good tours link: a node between two rows may need a partner
+that is its tenth nearest, and never its first.  Under the node potentials of an ascent
+(:mod:`tcp.bounds.ascent`), the lightest spanning tree looks like a tour, and alpha, the weight
+of a pair less that of the heaviest tree edge on the way between its nodes, tells how far a tour
+through the pair is from the best (K. Helsgaun, "An effective implementation of the Lin-Kernighan
+traveling salesman heuristic", European Journal of Operational Research 126 (2000), section 4).
+Five such candidates serve better than six near ones.
+
+The virtual node is no part of the tree: a path is a tree already.  Floats only choose here.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from tcp.bounds.ascent import Ascent, ranked
+from tcp.bounds.spanning import kruskal
+from tcp.heuristics.local_search.ground import Ground, Small, prices
+from tcp.heuristics.local_search.neighbours import near_nodes
+from tcp.jit import allocating
+from tcp.travel import Ints
+
+LOOK = 20
+"""Near nodes out of which a node's candidates are chosen."""
+
+LINKS = 10
+"""Near nodes to which the trees of the ascent may link a node, beside those of the start tour."""
+
+TREES, LEAST, MOST = 600_000, 60, 300
+"""Trees of the ascent, times nodes; and the least and most of them."""
+
+
+def alpha_nearest(
+    ground: Ground,
+    order: Small,
+    real: int,
+    width: int,
+    late: Callable[[], bool] = lambda: False,
+) -> Ground:
+    """The ground with the ``width`` best candidates of each node by alpha-nearness.
+
+    O(n log n) time for each of :data:`STEPS` trees, O(n) memory.
+
+    Parameters
+    ----------
+    ground : Ground
+        Candidates that it has already are not looked at.
+    order : int32 array (n,)
+        A tour: it ties the parts of a board together.
+    real : int
+        Number of nodes with coordinates, 3 or more; they are the first ones.
+    width : int
+        Wanted length of a list.
+    late : callable
+        Asked between trees; if it is too late, the ground comes back as it is.
+
+    Returns
+    -------
+    Ground
+        With lists as :func:`tcp.heuristics.local_search.neighbours.near_nodes` makes them:
+        nearest first, padded with the node itself.
+    """
+    near, dist = near_nodes(ground, real, LOOK)
+    ends, forced = _pairs(ground, near[:real, :LINKS], order, real)
+    costs = prices(ground.costs, ends[:, 0], ends[:, 1]).astype(np.float64)
+    tour = costs[1 - real :]
+    steps = min(max(TREES // real, LEAST), MOST)
+    ascent = Ascent(real, float(tour[tour >= 0].mean()), steps)
+    while True:
+        weights = ascent.weights(ends, costs)
+        rank = ranked(weights[forced:]) + forced
+        tree, degree = kruskal(real, ends, rank, forced)
+        if late():
+            return ground
+        if ascent.steps == steps:
+            break
+        ascent.move(degree)
+        if ascent.steps == steps:
+            ascent.now = np.rint(ascent.now * 1024) / 1024
+    chosen, cost = near[:, :width].copy(), dist[:, :width].copy()
+    up, turn = _merges(real, ends[tree])
+    _choose(ascent.now, up, turn, weights[tree], near[:real], dist, chosen, cost)
+    cost[real:] = 0  # the virtual node's candidates vary
+    return ground._replace(near=chosen, dist=cost)
+
+
+def _pairs(ground: Ground, near: Small, order: Small, real: int) -> tuple[Ints, int]:
+    """Pairs for the trees, forced ones first: how many, and those of the tour last."""
+    v, k = np.nonzero(ground.mates[:real] >= 0)
+    forced = np.column_stack([v, ground.mates[v, k]])
+    forced = forced[(forced[:, 0] < forced[:, 1]) & (forced[:, 1] < real)]
+    u, w = np.repeat(np.arange(real), near.shape[1]), near.ravel().astype(np.int64)
+    keys = np.unique(np.minimum(u, w)[u != w] * real + np.maximum(u, w)[u != w])
+    close = np.column_stack(np.divmod(keys, real))
+    path = order[order < real]
+    tour = np.column_stack([path[:-1], path[1:]])
+    return np.vstack([forced, close, tour]).astype(np.int64), len(forced)
+
+
+@allocating
+def _merges(n: int, tree: Any) -> Any:
+    """How the components of a tree's edges, lightest first, become one.
+
+    Each node but one goes ``up`` into another by the edge ``turn``; as the smaller component
+    joins the larger one, all ways up are short.
+    """
+    up, size = np.arange(n), np.ones(n, np.int64)
+    turn = np.full(n, tree.shape[0])
+    for e in range(tree.shape[0]):
+        a, b = tree[e, 0], tree[e, 1]
+        while up[a] != a:
+            a = up[a]
+        while up[b] != b:
+            b = up[b]
+        if size[a] > size[b]:
+            a, b = b, a
+        up[a], turn[a] = b, e
+        size[b] += size[a]
+    return up, turn
+
+
+@allocating
+def _choose(
+    potential: Any,
+    up: Any,
+    turn: Any,
+    weight: Any,
+    near: Any,
+    dist: Any,
+    chosen: Any,
+    cost: Any,
+) -> None:
+    """Fill the lists ``chosen`` and ``cost`` with the alpha-nearest of the ``near`` nodes."""
+    width = chosen.shape[1]
+    best, alpha = np.empty(width, np.int64), np.empty(width)
+    for v in range(near.shape[0]):
+        count = 0
+        for k in range(near.shape[1]):
+            w = near[v, k]
+            if w == v:
+                break
+            i, j, last = v, np.int64(w), 0
+            while i != j:  # up to where they meet: the edge that made them one comes last
+                if turn[i] < turn[j]:
+                    i, last = up[i], turn[i]
+                else:
+                    j, last = up[j], turn[j]
+            a = dist[v, k] - potential[v] - potential[w] - weight[last]
+            m = count if count < width else width
+            while m > 0 and alpha[m - 1] > a:
+                if m < width:
+                    alpha[m], best[m] = alpha[m - 1], best[m - 1]
+                m -= 1
+            if m < width:
+                alpha[m], best[m] = a, k
+                count += 1
+        picked = min(count, width)
+        for m in range(1, picked):  # nearest first again, of equally near ones the best
+            k, at = best[m], m
+            while at > 0 and dist[v, best[at - 1]] > dist[v, k]:
+                best[at] = best[at - 1]
+                at -= 1
+            best[at] = k
+        for m in range(picked):
+            chosen[v, m], cost[v, m] = near[v, best[m]], dist[v, best[m]]
