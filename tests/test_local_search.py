@@ -14,7 +14,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tcp import Ends, Instance, Model, Rules, Travel, Workpiece
+from tcp.bounds.ascent import lightest_tree, ranked
 from tcp.heuristics.local_search import improve, respects
+from tcp.heuristics.local_search.alpha import _choose, _merges, alpha_nearest
 from tcp.heuristics.local_search.crossover import ab_cycles, census, mate
 from tcp.heuristics.local_search.exchange import apply, new_tour, undo
 from tcp.heuristics.local_search.ground import length, price
@@ -318,6 +320,76 @@ def test_euclidean_prices_are_exact(holes, speeds, quantum, rounding):
     ground = survey(form, 2)
     for u, v in itertools.combinations(range(form.size), 2):
         assert price(ground.costs, u, v) == form.cost(ground.label[u], ground.label[v])
+
+
+@settings(max_examples=30, deadline=None)
+@given(st.integers(5, 18), st.integers(0, 2**32), st.integers(1, 6), st.sampled_from([5, 1000]))
+def test_alpha_is_what_a_tree_costs_more_that_must_have_a_pair(n, seed, width, side):
+    form = Instance(scattered(n, seed, side), ends=Ends(closed=True)).form
+    ground, potential = survey(form, n - 1), np.random.default_rng(seed).integers(-9, 9, n)
+    everyone = np.array(list(itertools.combinations(range(n), 2)))
+
+    def lightest(forced: list[tuple[int, int]]) -> tuple[np.ndarray, np.ndarray]:
+        ends = np.vstack([np.array(forced, np.int64).reshape(-1, 2), everyone])
+        cost = np.array([price(ground.costs, i, j) for i, j in ends])
+        weight = cost - potential[ends[:, 0]] - potential[ends[:, 1]]
+        tree, _ = lightest_tree(n, ends, weight, len(forced))
+        return ends[tree], weight[tree]
+
+    tree, weight = lightest([])
+    chosen, cost = (a[:, :width].copy() for a in (ground.near, ground.dist))
+    up, turn = _merges(n, tree)
+    _choose(
+        potential.astype(float), up, turn, weight.astype(float), ground.near, ground.dist,
+        chosen, cost,
+    )  # fmt: skip
+    for v in range(n):
+        alpha = {w: lightest([(v, w)])[1].sum() - weight.sum() for w in range(n) if w != v}
+        picked = sorted(alpha[w] for w in set(chosen[v].tolist()))
+        assert picked == sorted(alpha.values())[: chosen.shape[1]]
+        assert cost[v].tolist() == sorted(price(ground.costs, v, w) for w in chosen[v])
+
+
+@pytest.mark.parametrize("ends", ENDS, ids=str)
+def test_alpha_nearest_are_lists_like_the_others(ends):
+    rules = Rules(together=((0, 7), (1, 2)), forbidden=((3, 4),))
+    form = Instance(scattered(60, 4, side=60), ends=ends, rules=rules).form
+    ground = survey(form, 6)
+    better = alpha_nearest(ground, greedy(ground), form.real, 5)
+    banned = {frozenset(ground.label[[u, v]]) for u, v in itertools.combinations(range(60), 2)}
+    banned &= {frozenset(pair) for pair in form.forbidden}
+    assert banned
+    for v in range(form.real):
+        row = better.near[v].tolist()
+        assert len(set(row)) == 5
+        assert v not in row
+        costs = [price(ground.costs, v, w) for w in row]
+        assert better.dist[v].tolist() == costs == sorted(costs)
+        assert not any(frozenset(ground.label[[v, w]]) in banned for w in row)
+    assert (better.dist[form.real :] == 0).all()
+    assert alpha_nearest(ground, greedy(ground), form.real, 5, late=lambda: True) is ground
+
+
+def test_alpha_nearest_know_the_way_from_row_to_row():
+    x, y = np.tile(np.arange(40) * 10, 3), np.repeat([0, 80, 160], 40)
+    piece = Workpiece("rows", tuple(map(str, range(120))), x, y)
+    ground = survey(Instance(piece).form, 5)
+    better = alpha_nearest(ground, greedy(ground), 120, 5)
+
+    def across(lists: np.ndarray) -> set[tuple[int, int]]:
+        label, pairs = ground.label, set()
+        for v, w in zip(np.repeat(np.arange(120), 5), lists[:120].ravel(), strict=True):
+            rows = int(y[label[v]]), int(y[label[w]])
+            pairs |= {(min(rows), max(rows))} if rows[0] != rows[1] else set()
+        return pairs
+
+    assert across(better.near) >= {(0, 80), (80, 160)}
+
+
+@given(st.lists(st.integers(-3, 3).map(float), max_size=200))
+def test_ranks_are_those_of_a_stable_sort(weights):
+    found = ranked(np.array(weights, np.float64))
+    assert found.tolist() == np.argsort(weights, kind="stable").tolist()
 
 
 def edges_of(tour):

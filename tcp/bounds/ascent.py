@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from tcp.bounds.spanning import kruskal
 from tcp.travel import Ints
 
 FIRST, LAST = 2.0, 0.0003
@@ -47,6 +48,11 @@ class Ascent:
         pace = FIRST * self.length * (LAST / FIRST) ** (self.steps / self.total)
         self.now = self.now + pace * self._drift
         self.steps += 1
+
+
+def lightest_tree(n: int, ends: Ints, weights: Any, forced: int) -> tuple[Ints, Ints]:
+    """A lightest tree of pairs, the first ``forced`` of them anyway: its pairs, its degrees."""
+    return kruskal(n, ends, ranked(weights[forced:]) + forced, forced)
 
 
 def ranked(weights: Any) -> Ints:

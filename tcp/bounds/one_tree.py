@@ -21,9 +21,9 @@ from typing import Any
 
 import numpy as np
 
-from tcp.bounds.ascent import Ascent, ranked
+from tcp.bounds.ascent import Ascent, lightest_tree
 from tcp.bounds.candidates import near_pairs
-from tcp.bounds.spanning import HUGE, Cells, boruvka, cells, kruskal, prim
+from tcp.bounds.spanning import HUGE, Cells, boruvka, cells, prim
 from tcp.instance import Instance
 from tcp.kernels import pack
 from tcp.result import Progress, Report, silent
@@ -263,9 +263,8 @@ class _Climb:
         """One tree, one move."""
         ground, now = self.ground, self.ascent.now
         weights = self.ascent.weights(self.ends, self.costs)
-        free = len(ground.forced)
-        rank = ranked(weights[free:]) + free
-        chosen, degree = kruskal(ground.n, self.ends, rank, free)
+        forced = len(ground.forced)
+        chosen, degree = lightest_tree(ground.n, self.ends, weights, forced)
         around = ground.to_special - now
         two = ground.partners(around)
         degree[two] += 1

@@ -18,8 +18,7 @@ from typing import Any
 
 import numpy as np
 
-from tcp.bounds.ascent import Ascent, ranked
-from tcp.bounds.spanning import kruskal
+from tcp.bounds.ascent import Ascent, lightest_tree
 from tcp.heuristics.local_search.ground import Ground, Small, prices
 from tcp.heuristics.local_search.neighbours import near_nodes
 from tcp.jit import allocating
@@ -34,6 +33,10 @@ LINKS = 10
 TREES, LEAST, MOST = 600_000, 60, 300
 """Trees of the ascent, times nodes; and the least and most of them."""
 
+PRECISION = 2**10
+"""Potentials are multiples of 1/1024 quantum: floats add such numbers exactly, so that alphas
+that are equal, as most are on a grid, are seen to be."""
+
 
 def alpha_nearest(
     ground: Ground,
@@ -44,7 +47,7 @@ def alpha_nearest(
 ) -> Ground:
     """The ground with the ``width`` best candidates of each node by alpha-nearness.
 
-    O(n log n) time for each of :data:`STEPS` trees, O(n) memory.
+    O(n log n) time for each tree of the ascent, O(n) memory.
 
     Parameters
     ----------
@@ -68,20 +71,15 @@ def alpha_nearest(
     near, dist = near_nodes(ground, real, LOOK)
     ends, forced = _pairs(ground, near[:real, :LINKS], order, real)
     costs = prices(ground.costs, ends[:, 0], ends[:, 1]).astype(np.float64)
-    tour = costs[1 - real :]
     steps = min(max(TREES // real, LEAST), MOST)
-    ascent = Ascent(real, float(tour[tour >= 0].mean()), steps)
-    while True:
-        weights = ascent.weights(ends, costs)
-        rank = ranked(weights[forced:]) + forced
-        tree, degree = kruskal(real, ends, rank, forced)
+    ascent = Ascent(real, float(costs[1 - real :].clip(0).mean()), steps)
+    while ascent.steps < steps:
+        ascent.move(lightest_tree(real, ends, ascent.weights(ends, costs), forced)[1])
         if late():
             return ground
-        if ascent.steps == steps:
-            break
-        ascent.move(degree)
-        if ascent.steps == steps:
-            ascent.now = np.rint(ascent.now * 1024) / 1024
+    ascent.now = np.rint(ascent.now * PRECISION) / PRECISION
+    weights = ascent.weights(ends, costs)
+    tree, _ = lightest_tree(real, ends, weights, forced)
     chosen, cost = near[:, :width].copy(), dist[:, :width].copy()
     up, turn = _merges(real, ends[tree])
     _choose(ascent.now, up, turn, weights[tree], near[:real], dist, chosen, cost)
