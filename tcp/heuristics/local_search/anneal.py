@@ -69,7 +69,11 @@ Join = Callable[[Sequence[Ints], Clock], Ints]
 
 
 class Search:
-    """Tours, clock and news; see the module."""
+    """Tours, clock and news; see the module.
+
+    New tours start from greedy edges of ``wide``, whose candidates may be others than those of
+    ``ground``: the more various the starts, the more a population has to breed from.
+    """
 
     def __init__(
         self,
@@ -79,7 +83,9 @@ class Search:
         clock: Clock,
         report: Report,
         join: Join | None = None,
+        wide: Ground | None = None,
     ):
+        self.wide = wide or ground
         self.ground, self.rng, self.clock, self.report = ground, rng, clock, report
         self.join = join
         self.first = Stream(ground, order, self._seeds(1)[0])
@@ -154,7 +160,7 @@ class Search:
         clock = self.clock
         if clock.elapsed >= until or clock.interrupted:
             return None
-        stream = Stream(self.ground, greedy(self.ground, np.random.default_rng(seed)), seed)
+        stream = Stream(self.ground, greedy(self.wide, np.random.default_rng(seed)), seed)
         stream.descend(clock)
         while kicks > 0 and clock.elapsed < until and clock.reason(stream.cost) is None:
             stream.kick(min(kicks, GULP), 0.0)

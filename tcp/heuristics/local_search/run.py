@@ -91,15 +91,15 @@ def improve(
     with clock.paused():
         warm_up()
     width = WIDTH if form.size <= LARGE else WIDE
-    ground = survey(form, width, late=lambda: clock.over)
+    wide = survey(form, width, late=lambda: clock.over)
     if tour is None and form.size > neighbours.CHUNK and clock.over:  # no time for more
-        return [int(v) for v in ground.label[starts.curve(ground)]]
+        return [int(v) for v in wide.label[starts.curve(wide)]]
     if tour is None:
-        order = starts.greedy(ground)
+        order = starts.greedy(wide)
     else:
-        order = starts.with_forced(ground, ground.order(np.asarray(tour, np.int64)))
-    ground = _by_alpha(ground, order, form, clock)
-    search = Search(ground, order, rng, clock, report, join)
+        order = starts.with_forced(wide, wide.order(np.asarray(tour, np.int64)))
+    ground = _by_alpha(wide, order, form, clock)
+    search = Search(ground, order, rng, clock, report, join, wide)
     search.descend()
     limit = clock.stop.iterations if kicks is None else kicks
     if limit is None and clock.stop.time is None:
