@@ -41,5 +41,10 @@ def near_pairs(form: TourForm, nodes: Ints, width: int) -> Ints:
         near = cKDTree(where).query(where, width + 1, p=p)[1]
     i = np.repeat(np.arange(n), near.shape[1])
     j = near.ravel().astype(np.int64)
+    return distinct(i, j, n)
+
+
+def distinct(i: Ints, j: Ints, n: int) -> Ints:
+    """The pairs of two different nodes below ``n``, each once, as rows with i < j."""
     keys = np.unique(np.minimum(i, j)[i != j] * n + np.maximum(i, j)[i != j])
     return np.column_stack(np.divmod(keys, n))

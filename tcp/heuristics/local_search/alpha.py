@@ -19,8 +19,9 @@ from typing import Any
 import numpy as np
 
 from tcp.bounds.ascent import Ascent, lightest_tree
+from tcp.bounds.candidates import distinct
 from tcp.heuristics.local_search.ground import Ground, Small, prices
-from tcp.heuristics.local_search.neighbours import near_nodes
+from tcp.heuristics.local_search.neighbours import near_nodes, sort_by
 from tcp.jit import allocating
 from tcp.travel import Ints
 
@@ -92,9 +93,8 @@ def _pairs(ground: Ground, near: Small, order: Small, real: int) -> tuple[Ints, 
     v, k = np.nonzero(ground.mates[:real] >= 0)
     forced = np.column_stack([v, ground.mates[v, k]])
     forced = forced[(forced[:, 0] < forced[:, 1]) & (forced[:, 1] < real)]
-    u, w = np.repeat(np.arange(real), near.shape[1]), near.ravel().astype(np.int64)
-    keys = np.unique(np.minimum(u, w)[u != w] * real + np.maximum(u, w)[u != w])
-    close = np.column_stack(np.divmod(keys, real))
+    whose = np.repeat(np.arange(real), near.shape[1])
+    close = distinct(whose, near.ravel().astype(np.int64), real)
     path = order[order < real]
     tour = np.column_stack([path[:-1], path[1:]])
     return np.vstack([forced, close, tour]).astype(np.int64), len(forced)
@@ -134,11 +134,11 @@ def _choose(
     cost: Any,
 ) -> None:
     """Fill the lists ``chosen`` and ``cost`` with the alpha-nearest of the ``near`` nodes."""
-    width = chosen.shape[1]
-    best, alpha = np.empty(width, np.int64), np.empty(width)
+    look = near.shape[1]
+    alpha, at = np.empty(look), np.empty(look, np.int64)
     for v in range(near.shape[0]):
-        count = 0
-        for k in range(near.shape[1]):
+        size = np.int64(0)
+        for k in range(look):
             w = near[v, k]
             if w == v:
                 break
@@ -148,21 +148,10 @@ def _choose(
                     i, last = up[i], turn[i]
                 else:
                     j, last = up[j], turn[j]
-            a = dist[v, k] - potential[v] - potential[w] - weight[last]
-            m = count if count < width else width
-            while m > 0 and alpha[m - 1] > a:
-                if m < width:
-                    alpha[m], best[m] = alpha[m - 1], best[m - 1]
-                m -= 1
-            if m < width:
-                alpha[m], best[m] = a, k
-                count += 1
-        picked = min(count, width)
-        for m in range(1, picked):  # nearest first again, of equally near ones the best
-            k, at = best[m], m
-            while at > 0 and dist[v, best[at - 1]] > dist[v, k]:
-                best[at] = best[at - 1]
-                at -= 1
-            best[at] = k
+            alpha[k], at[k] = dist[v, k] - potential[v] - potential[w] - weight[last], k
+            size += 1
+        sort_by(alpha, at, size)
+        picked = min(size, chosen.shape[1])
         for m in range(picked):
-            chosen[v, m], cost[v, m] = near[v, best[m]], dist[v, best[m]]
+            chosen[v, m], cost[v, m] = near[v, at[m]], dist[v, at[m]]
+        sort_by(cost[v], chosen[v], picked)  # nearest first, of equally near ones the best

@@ -132,7 +132,7 @@ def _pick(costs: Any, low: int, found: Any, near: Any, dist: Any, balance: int) 
             if row[k] != v:
                 cost[size], row[size] = price(costs, v, row[k]), row[k]
                 size += 1
-        _sort(cost, row, size)
+        sort_by(cost, row, size)
         picked = min(size, width - balance)
         quadrants = np.int64(0)
         for k in range(picked):
@@ -149,13 +149,13 @@ def _pick(costs: Any, low: int, found: Any, near: Any, dist: Any, balance: int) 
                         cost[m], row[m] = cost[m - 1], row[m - 1]
                     cost[picked], row[picked] = c, w
                     picked += 1
-        _sort(cost, row, picked)
+        sort_by(cost, row, picked)
         for k in range(picked):
             near[v, k], dist[v, k] = row[k], cost[k]
 
 
 @inner
-def _sort(costs: Any, nodes: Any, size: int) -> None:
+def sort_by(costs: Any, nodes: Any, size: int) -> None:
     """Sort the first nodes by cost, equal ones as they stand."""
     for k in range(1, size):
         c, w = costs[k], nodes[k]
