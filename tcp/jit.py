@@ -8,8 +8,9 @@ only names of files that import this module (a test reads them all).
 
 Kernels take plain arrays.  What makes compiling long: a literal argument (``f(x, 0)``), for
 which numba compiles the callee anew; whole-array statements (``a[:] = b``), which bring numpy's
-checks and their messages; ``np.sort``; and nesting, for a kernel is optimised again in every
-kernel above it.  Import this module only where compiled code is needed: it loads numba.
+checks and their messages; ``np.sort``, ``np.zeros`` and ``np.arange``; a large kernel that is
+``inlined`` in many; and nesting, for a kernel is optimised again in every kernel above it.
+Import this module only where compiled code is needed: it loads numba.
 """
 
 from __future__ import annotations

@@ -241,7 +241,9 @@ def kruskal(n: int, ends: Any, sequence: Ints, free: int) -> tuple[Ints, Ints]:
 
     The first ``free`` pairs of ``ends`` are forced: they come before all others.
     """
-    up, degree = np.arange(n), np.zeros(n, np.int64)
+    up, degree = np.empty(n, np.int64), np.empty(n, np.int64)
+    for i in range(n):
+        up[i], degree[i] = i, 0
     chosen, m = np.empty(max(n - 1, 0), np.int64), 0
     for turn in range(2):
         for e in range(free) if turn == 0 else range(sequence.size):

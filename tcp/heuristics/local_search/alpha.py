@@ -71,7 +71,7 @@ def alpha_nearest(
     """
     near, dist = near_nodes(ground, real, LOOK)
     ends, forced = _pairs(ground, near[:real, :LINKS], order, real)
-    costs = prices(ground.costs, ends[:, 0], ends[:, 1]).astype(np.float64)
+    costs = prices(ground.costs, *np.ascontiguousarray(ends.T)).astype(np.float64)
     steps = min(max(TREES // real, LEAST), MOST)
     ascent = Ascent(real, float(costs[1 - real :].clip(0).mean()), steps)
     while ascent.steps < steps:
@@ -107,8 +107,9 @@ def _merges(n: int, tree: Any) -> Any:
     Each node but one goes ``up`` into another by the edge ``turn``; as the smaller component
     joins the larger one, all ways up are short.
     """
-    up, size = np.arange(n), np.ones(n, np.int64)
-    turn = np.full(n, tree.shape[0])
+    up, size, turn = np.empty(n, np.int64), np.empty(n, np.int64), np.empty(n, np.int64)
+    for v in range(n):
+        up[v], size[v], turn[v] = v, 1, tree.shape[0]
     for e in range(tree.shape[0]):
         a, b = tree[e, 0], tree[e, 1]
         while up[a] != a:

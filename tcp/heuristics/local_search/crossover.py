@@ -19,7 +19,7 @@ from typing import Any
 
 import numpy as np
 
-from tcp.heuristics.local_search.ground import price
+from tcp.heuristics.local_search.ground import called_price
 from tcp.heuristics.local_search.kicks import draw
 from tcp.jit import allocating, inner
 
@@ -116,7 +116,8 @@ def ab_cycles(order: Any, pos: Any, other: Any, other_pos: Any, random: Any) -> 
                     count += 1
             u = v
     nodes, used = np.empty(2 * count, np.int32), 0
-    starts, found = np.zeros(count + 1, np.int64), 0
+    starts, found = np.empty(count + 1, np.int64), 0
+    starts[0] = 0
     path = np.empty(2 * count + 2, np.int32)
     for i in range(count):
         j = i + draw(random, count - i)
@@ -187,7 +188,7 @@ def assemble(
     cuts, part, size = parts[0, :k], parts[1, :k], parts[2, :k]
     gain = np.int64(0)
     for i in range(2 * k):
-        c = price(costs, cycles[i, 0], cycles[i, 1])
+        c = called_price(costs, cycles[i, 0], cycles[i, 1])
         gain += -c if i % 2 else c
     if gain <= 0:  # joining hardly ever gains anything
         return gain, 0
@@ -311,18 +312,20 @@ def join(
     v, last = start, link[start, 0]
     best, into = np.int64(-1) << 60, np.int64(-1)
     while True:
+        one, two = called_price(costs, v, link[v, 0]), called_price(costs, v, link[v, 1])
         for j in range(near.shape[1]):
             w = near[v, j]
             home = part[stretch(cuts, pos[w])]
             if home == small:
                 continue
-            across = price(costs, v, w)
+            across = called_price(costs, v, w)
+            before, after = called_price(costs, w, link[w, 0]), called_price(costs, w, link[w, 1])
             for a in range(2):
                 v2 = link[v, a]
-                rest = price(costs, v, v2) - across
                 for b in range(2):
                     w2 = link[w, b]
-                    gain = rest + price(costs, w, w2) - price(costs, v2, w2)
+                    gain = (two if a else one) + (after if b else before) - across
+                    gain -= called_price(costs, v2, w2)
                     if gain > best:
                         best, into = gain, home
                         room[used, 0], room[used + 1, 0] = v, v2

@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 
 from tcp.heuristics.local_search.exchange import apply, node_at, undo
-from tcp.heuristics.local_search.ground import price
+from tcp.heuristics.local_search.ground import called_price
 from tcp.heuristics.local_search.search import FOREVER, push, settle
 from tcp.jit import compiled, inner
 
@@ -114,10 +114,10 @@ def double_bridge(
         last = node_at(order, base, back, segs[2 * s + 1])
         before = node_at(order, base, back, segs[2 * s] - 1 if segs[2 * s] else n - 1)
         after = node_at(order, base, back, segs[2 * s + 2] if s < 3 else segs[0])
-        old = price(costs, before, first)
+        old = called_price(costs, before, first)
         if old < 0:
             return np.int64(0)
-        cost += price(costs, last, after) - old
+        cost += called_price(costs, last, after) - old
     for s in range(8):
         push(queue, queued, state, node_at(order, base, back, segs[s]))
     apply(order, pos, spare, log, base, back, segs, count)

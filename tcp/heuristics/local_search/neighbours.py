@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tcp.heuristics.local_search.ground import MATRIX, Ground, price
+from tcp.heuristics.local_search.ground import MATRIX, Ground, called_price
 from tcp.instance import TourForm
 from tcp.jit import allocating, inner
 from tcp.nearness import norm, places
@@ -130,7 +130,7 @@ def _pick(costs: Any, low: int, found: Any, near: Any, dist: Any, balance: int) 
         size = np.int64(0)
         for k in range(look):
             if row[k] != v:
-                cost[size], row[size] = price(costs, v, row[k]), row[k]
+                cost[size], row[size] = called_price(costs, v, row[k]), row[k]
                 size += 1
         sort_by(cost, row, size)
         picked = min(size, width - balance)

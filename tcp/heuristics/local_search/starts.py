@@ -165,7 +165,9 @@ def _walk(links: Any) -> Any:
 def _with_forced(mates: Any, order: Any) -> Any:
     n = order.size
     out = np.empty(n, np.int32)
-    done = np.zeros(n, np.bool_)
+    done = np.empty(n, np.bool_)
+    for v in range(n):
+        done[v] = False
     count = 0
     for v in order:
         if done[v]:
