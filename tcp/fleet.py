@@ -8,6 +8,7 @@ not depend on where it ran, on how many workers there are, or on who died.
 
 from __future__ import annotations
 
+import asyncio
 import os
 import signal
 import threading
@@ -196,13 +197,31 @@ def _dask(scheduler: str | None) -> Iterator[tuple[type[Exception], ...]]:
     from distributed import Client, KilledWorker
     from distributed.client import FutureCancelledError
     from distributed.comm import CommClosedError
+    from distributed.utils import LoopRunner
 
     try:
+        LoopRunner().run_sync(_greet, scheduler)
         client = Client(scheduler, timeout=CONNECT, set_as_default=True)
+    except (TimeoutError, MemoryError):  # nothing is said there, or words taken for huge lengths
+        remedy = "expected its own port, not that of its dashboard"
+        raise UsageError(f"what is at {scheduler} is no Dask scheduler; {remedy}") from None
     except (OSError, ValueError) as error:
         raise UsageError(f"no Dask scheduler answers at {scheduler}: {error}") from None
     with client:
-        yield KilledWorker, FutureCancelledError, CommClosedError
+        try:
+            yield KilledWorker, FutureCancelledError, CommClosedError
+        except OSError as error:
+            if client.status == "running":  # the task's own
+                raise
+            raise FleetError(f"the Dask scheduler at {scheduler} is lost ({error})") from error
+
+
+async def _greet(scheduler: str) -> None:
+    """See that a scheduler answers in time; a client alone waits for the first word for ever."""
+    from distributed.comm import connect
+
+    comm = await asyncio.wait_for(connect(scheduler, timeout=CONNECT), 2 * CONNECT)
+    await comm.close()
 
 
 @contextmanager

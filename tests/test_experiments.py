@@ -357,9 +357,9 @@ def test_killed_at_any_moment_it_continues_and_ends_with_the_same_table(small, t
 @pytest.mark.parametrize(
     ("words", "complaint"),
     [
-        (["--results", "plain"], "cannot read the results: Not a directory"),
-        (["--results", "/dev/null/x"], "cannot read the results: Not a directory"),
-        (["--results", "folder"], "cannot read the results: Is a directory"),
+        (["--results", "plain"], "cannot read the results: not a directory"),
+        (["--results", "/dev/null/x"], "cannot read the results: not a directory"),
+        (["--results", "folder"], "cannot read the results: is a directory"),
         (["--plot", "x.xyz"], "ends in .svg or .png or .pdf"),
         (["--plot", "folder"], "cannot write folder: is a directory"),
         (["--plot", "link.svg"], "is an input"),

@@ -8,6 +8,7 @@ import signal
 import socket
 import subprocess
 import sys
+import threading
 import time
 from contextlib import contextmanager
 from pathlib import Path
@@ -149,7 +150,7 @@ def test_a_missing_extra_is_named(backend, package, monkeypatch):
 
 @contextmanager
 def dask_cluster(tmp_path: Path, workers: int = 2):
-    """A scheduler and its workers, processes of their own; yields address and workers."""
+    """A scheduler and its workers; yields its address and their processes, the scheduler first."""
     with socket.socket() as probe:
         probe.bind(("127.0.0.1", 0))
         address = f"127.0.0.1:{probe.getsockname()[1]}"
@@ -172,7 +173,7 @@ def dask_cluster(tmp_path: Path, workers: int = 2):
 
         with distributed.Client(address, timeout=30, set_as_default=False) as client:
             client.wait_for_workers(workers, timeout=60)
-        yield address, processes[1:]
+        yield address, processes
     finally:
         for process in processes:
             process.kill()
@@ -184,7 +185,7 @@ def test_a_dask_cluster_loses_a_worker_and_no_answer(tmp_path):
     pytest.importorskip("distributed", reason="the dask extra is not installed")
     notes = tmp_path / "notes"
     notes.mkdir()
-    with dask_cluster(tmp_path) as (address, workers):
+    with dask_cluster(tmp_path) as (address, (_, *workers)):
         fleet = Fleet(backend="dask", scheduler=address)
         answers = dict(fleet.run(patient, [(notes, k) for k in range(16)]))
     assert answers == {k: k * k for k in range(16)}
@@ -236,6 +237,42 @@ def test_no_scheduler_is_said_in_one_sentence(monkeypatch):
     monkeypatch.setattr("tcp.fleet.CONNECT", 0.5)
     with pytest.raises(UsageError, match=r"no Dask scheduler answers at 127\.0\.0\.1:1"):
         list(Fleet(backend="dask", scheduler="127.0.0.1:1").run(square, [1]))
+
+
+@pytest.mark.filterwarnings("default")
+def test_a_dask_scheduler_that_dies_ends_the_run_with_what_came_back(tmp_path, monkeypatch):
+    pytest.importorskip("distributed", reason="the dask extra is not installed")
+    monkeypatch.setattr("tcp.fleet.CONNECT", 3)
+    (tmp_path / "3-0").touch()  # nobody has to die of it
+    with dask_cluster(tmp_path) as (address, (scheduler, *_)):
+        answers = Fleet(backend="dask", scheduler=address).run(
+            patient, [(tmp_path, k) for k in range(64)]
+        )
+        number, answer = next(answers)
+        scheduler.kill()
+        with pytest.raises(FleetError, match=rf"the Dask scheduler at {address} is lost \("):
+            list(answers)
+    assert answer == number * number
+
+
+@pytest.mark.filterwarnings("default")
+@pytest.mark.parametrize("word", [b"", b"HTTP/1.1 400 Bad Request\r\n\r\n"])
+def test_another_program_is_no_scheduler(word, monkeypatch):
+    pytest.importorskip("distributed", reason="the dask extra is not installed")
+    monkeypatch.setattr("tcp.fleet.CONNECT", 1)
+    with socket.create_server(("127.0.0.1", 0)) as server:
+
+        def talk() -> None:
+            peer, _ = server.accept()
+            with peer:
+                peer.sendall(word)
+                while peer.recv(4096):
+                    pass
+
+        threading.Thread(target=talk, daemon=True).start()
+        address = f"127.0.0.1:{server.getsockname()[1]}"
+        with pytest.raises(UsageError, match=rf"what is at {address} is no Dask scheduler"):
+            list(Fleet(backend="dask", scheduler=address).run(square, [1]))
 
 
 # --- a real Ray cluster -----------------------------------------------------

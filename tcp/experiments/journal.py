@@ -15,7 +15,7 @@ from dataclasses import asdict, dataclass, fields, replace
 from pathlib import Path
 from typing import Any
 
-from tcp.errors import InputError, OutputError
+from tcp.errors import InputError, OutputError, system_reason
 
 
 @dataclass(frozen=True)
@@ -102,7 +102,8 @@ class Journal:
         except FileNotFoundError:
             return
         except OSError as error:
-            raise InputError(f"cannot read the results: {error.strerror}", self.path) from None
+            reason = system_reason(error)
+            raise InputError(f"cannot read the results: {reason}", self.path) from None
         *lines, _ = data.split(b"\n")  # what stands behind the last newline is half a line
         for line in lines:
             run = _parse(line)
@@ -140,7 +141,7 @@ class Journal:
                 file.flush()
                 os.fsync(file.fileno())
         except OSError as error:
-            raise OutputError(f"cannot write {self.path}: {error.strerror}") from None
+            raise OutputError(f"cannot write {self.path}: {system_reason(error)}") from None
 
 
 def _line(run: Run) -> bytes:

@@ -36,9 +36,9 @@ def read_text(path: Path, what: str) -> str:
     InputError
         If it cannot be read, is empty, binary or not UTF-8, or beyond the bounds.
     """
-    text = text_file.read_text(path, what, f"a {what} in TOML", MAX_BYTES)
+    text = text_file.read_text(path, what, f"the {what} in TOML", MAX_BYTES)
     if not text.strip():
-        raise InputError(f"is empty; expected a {what} in TOML", path)
+        raise InputError(f"is empty; expected the {what} in TOML", path)
     _check_bounds(text, path)
     return text
 

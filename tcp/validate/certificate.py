@@ -102,7 +102,7 @@ def unzip(path: Path) -> bytes:
         with opener(path, "rb") as stream:
             return bytes(stream.read(MAX_BYTES + 1))
     except (OSError, EOFError, zlib.error) as error:
-        raise Failure(f"cannot read {path}: {error}") from None
+        raise Failure(f"cannot read {path}: {getattr(error, 'strerror', 0) or error}") from None
 
 
 def load(raw: bytes) -> dict[str, Any]:

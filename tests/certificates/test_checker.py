@@ -192,7 +192,7 @@ def test_it_runs_on_its_own(alone, tmp_path):
         assert ("is yours" in found.stdout) == (len(arguments) == 1)
     cases = [
         ((file, Instance(piece, ends=Ends(start=0)).sha256), 1, "another instance"),
-        ((tmp_path / "none.json",), 3, "cannot read"),
+        ((tmp_path / "none.json",), 3, "none.json: No such file or directory\n"),
         ((), 2, "usage"),
         (("--help",), 2, "usage"),
     ]
