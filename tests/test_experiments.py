@@ -422,6 +422,24 @@ def test_an_interrupted_run_is_not_taken_for_a_finished_one(small, tmp_path, mon
     assert journal.runs() == {}
 
 
+def test_ctrl_c_tells_what_is_kept(small, tmp_path, monkeypatch):
+    """The line of a user who wonders whether hours of runs are lost."""
+    words = ["experiment", str(small), "--jobs", "1", "--results", str(tmp_path / "kept")]
+    append = Journal.append
+
+    def interrupted(journal, run):
+        append(journal, run)
+        if len(journal.runs()) == 2:
+            raise KeyboardInterrupt
+
+    monkeypatch.setattr(Journal, "append", interrupted)
+    done = CliRunner().invoke(main, words)
+    path = tmp_path / "kept" / f"{small.stem}.jsonl"
+    assert done.exit_code == 130
+    assert done.stderr == f"tcp: interrupted: 2 runs are kept in {path}\n"
+    assert len(Journal(path).runs()) == 2
+
+
 @pytest.mark.parametrize("step", [optima, lambda e: rehearse(e, Journal(e.path.with_suffix("")))])
 def test_ctrl_c_ends_proofs_and_rehearsals_too(small, monkeypatch, step):
     experiment = load(small)

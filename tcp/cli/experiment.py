@@ -9,7 +9,7 @@ import click
 
 from tcp.cli.options import READ, fleet_options
 from tcp.cli.terminal import Say, check_outputs, status_line
-from tcp.errors import UsageError
+from tcp.errors import Exit, UsageError
 from tcp.experiments.journal import Journal
 from tcp.experiments.plot import ENDINGS, blank, save_convergence
 from tcp.experiments.run import conduct, optima, rehearse
@@ -53,7 +53,7 @@ def command(
     results: Path,
     table: bool,
     plot: Path | None,
-) -> None:
+) -> Exit:
     """Make the runs of each EXPERIMENT that are missing, and summarise all of them.
 
     Each run is measured against the optimum, which an exact solver proves first.
@@ -77,8 +77,14 @@ def command(
             def told(done: int, total: int, say: Say = say) -> None:
                 say(f"{done} of {total} runs")
 
-            made = conduct(experiment, known, journal, fleet=fleet, told=told)
+            try:
+                made = conduct(experiment, known, journal, fleet=fleet, told=told)
+            except KeyboardInterrupt:
+                kept = len(journal.runs())
+                click.echo(f"tcp: interrupted: {kept} runs are kept in {journal.path}", err=True)
+                return Exit.INTERRUPTED
         summaries = summarise(experiment.columns, known, made)
         click.echo(whole_report(experiment, summaries) if table else honest_table(summaries))
         if plot is not None:
             save_convergence(experiment, summaries, plot)
+    return Exit.OK
