@@ -15,7 +15,7 @@ from tcp.exact.branch_and_cut import branching
 from tcp.exact.branch_and_cut import clusters as clusters_file
 from tcp.exact.branch_and_cut.branching import Brancher, Decision
 from tcp.exact.branch_and_cut.clusters import clusters
-from tcp.exact.branch_and_cut.cuts import Cut
+from tcp.exact.branch_and_cut.cuts import Cut, Family
 from tcp.exact.branch_and_cut.problem import Problem
 from tcp.exact.branch_and_cut.relaxation import Relaxation
 from tcp.exact.branch_and_cut.run import unit_of
@@ -83,7 +83,7 @@ def between(problem: Problem, ways: int) -> Support:
 @pytest.mark.parametrize("ways", [2, 3, 4])
 def test_a_cluster_that_is_entered_three_times_is_undecided(ways):
     problem = problem_of([*grid(0, 0, 10), *grid(100, 0, 10)], closed=True)
-    found = branching._undecided(problem, between(problem, ways), clusters(problem), 9)
+    found = branching._undecided(problem, between(problem, ways), Family.of(clusters(problem)), 9)
     assert sets_of(found) == ([list(range(9)), list(range(9, 18))] if ways == 3 else [])
 
 

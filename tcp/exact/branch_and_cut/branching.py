@@ -9,7 +9,6 @@ candidate gains, clusters of close nodes are tried as sets.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -72,7 +71,7 @@ class Brancher:
         best = self._best(self._pairs(support), self._sets(support, tour), cap)
         if best is None or _product(best.gains, cap) < POOR:
             other = self._best(
-                [], _undecided(self.lp.problem, support, self.clusters, CLUSTERS), cap
+                [], _undecided(self.lp.problem, support, Family.of(self.clusters), CLUSTERS), cap
             )
             known = [decision for decision in (best, other) if decision is not None]
             best = max(known, key=lambda d: _product(d.gains, cap), default=None)
@@ -141,13 +140,21 @@ class Brancher:
         combs = [cut for cut in self.lp.cuts if len(cut.ends) > 1]
         first, last, weight = light_intervals(by_position(support, tour), light=3.5)
         near = np.nonzero(np.abs(weight) < OFF)[0]
-        intervals = (Cut.of([tour[first[t] : last[t] + 1]]) for t in near)
-        return _undecided(self.lp.problem, support, [*combs, *intervals], SETS)
+        family = Family.of(combs).followed_by(_intervals(tour, first[near], last[near]))
+        return _undecided(self.lp.problem, support, family, SETS)
 
 
-def _undecided(problem: Problem, support: Support, cuts: Sequence[Cut], most: int) -> list[Cut]:
+def _intervals(tour: Ints, first: Ints, last: Ints) -> Family:
+    """Stretches of a tour, as cuts of one set each: thousands, few of which are ever built."""
+    length, count = last - first + 1, len(first)
+    ptr = np.concatenate(([0], np.cumsum(length)))
+    place = np.arange(ptr[-1]) + np.repeat(first - ptr[:-1], length)
+    ones = np.ones(count, np.int64)
+    return Family(np.arange(count), ptr, tour[place].astype(np.int32), ones, count)
+
+
+def _undecided(problem: Problem, support: Support, family: Family, most: int) -> list[Cut]:
     """Different sets of some cuts: x(delta(S)) near 3 and a costly boundary."""
-    family = Family.of(cuts)
     cost = problem.costs(support.i, support.j)
     flow, price = (
         boundary(family.ptr, family.nodes, support.ptr, support.other, w, support.size)

@@ -140,12 +140,15 @@ def comb_cuts(
     half = (len(handles) + 1) // 2
     few = len(handles) < FEW
     results = [search(handles)] if few else pool.map(search, (handles[:half], handles[half:]))
-    combs = [(v, found, k) for found in results for k, v in enumerate(found.violation.tolist())]
+    combs = [
+        (found.violation[k], found, k)
+        for found in results
+        for k in np.nonzero(np.diff(found.tooth_ptr) >= 3)[0].tolist()
+    ]
     cuts: dict[bytes, tuple[float, Cut]] = {}
     for violation, found, k in sorted(combs, key=lambda comb: -comb[0]):
         cut = _cut(found, k, tour)
-        if cut is not None:
-            cuts.setdefault(cut.key, (violation, cut))
+        cuts.setdefault(cut.key, (violation, cut))
         if len(cuts) == most:
             break
     return list(cuts.values())
@@ -159,11 +162,9 @@ def _sorted(position: Ints, ptr: Ints, handles: Sequence[Ints]) -> Ints:
     return keys - owner * len(position)
 
 
-def _cut(found: Found, k: int, tour: Ints) -> Cut | None:
-    """The comb of one handle, if there is one."""
+def _cut(found: Found, k: int, tour: Ints) -> Cut:
+    """The comb of one handle."""
     rows = found.teeth[found.tooth_ptr[k] : found.tooth_ptr[k + 1]].tolist()
-    if len(rows) < 3:
-        return None
     handle = tour[found.handles[found.handle_ptr[k] : found.handle_ptr[k + 1]]]
     return Cut.of([smaller_side(handle, len(tour)), *(tour[a : b + 1] for a, b in rows)])
 

@@ -81,6 +81,16 @@ class Cut:
         return not self.local and len(self.ends) > 1
 
     @property
+    def handle(self) -> Nodes:
+        """The first set."""
+        return self.nodes[: self.ends[0]]
+
+    @property
+    def total(self) -> int:
+        """The sum of all weights."""
+        return int(self.weights.sum()) if self.local else len(self.ends)
+
+    @property
     def sets(self) -> tuple[Nodes, ...]:
         """The sets, a comb's handle first."""
         ends = self.ends.tolist()
@@ -123,9 +133,8 @@ class Family:
         weight = np.concatenate([c.weights for c in cuts])
         return cls(owner, ptr, nodes, weight, count)
 
-    def followed_by(self, cuts: Sequence[Cut]) -> Family:
-        """More cuts behind those of this family, which are not flattened again."""
-        more = Family.of(cuts)
+    def followed_by(self, more: Family) -> Family:
+        """The cuts of both families."""
         return Family(
             np.concatenate((self.owner, more.owner + self.count)),
             np.concatenate((self.ptr, more.ptr[1:] + self.ptr[-1])),

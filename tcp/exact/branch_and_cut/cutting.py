@@ -322,7 +322,7 @@ class Cutter:
     def _combs(self, support: Support) -> list[Cut]:
         fresh = fractional_handles(support)
         known = (
-            cut.sets[0].astype(np.int64)
+            cut.handle.astype(np.int64)
             for cut, slack in zip(self.lp.cuts, self.lp.slack.tolist(), strict=True)
             if cut.comb and slack < KNOWN
         )

@@ -5,32 +5,33 @@ from __future__ import annotations
 import numpy as np
 
 from tcp.exact.branch_and_cut.support import Support, find
+from tcp.jit import kernel
 from tcp.travel import Ints
 
 
 def joined(support: Support, order: Ints) -> Ints:
     """A tour through the heaviest edges of a support graph, its paths in a tour's order."""
-    size = support.size
-    degree, root = np.zeros(size, np.int64), np.arange(size)
-    links: list[list[int]] = [[] for _ in range(size)]
-    for e in np.argsort(-support.x, kind="stable"):
-        i, j = int(support.i[e]), int(support.j[e])
-        if degree[i] < 2 and degree[j] < 2 and find(root, i) != find(root, j):
-            root[find(root, i)] = find(root, j)
-            degree[i] += 1
-            degree[j] += 1
-            links[i].append(j)
-            links[j].append(i)
-    tour: list[int] = []
-    seen = np.zeros(size, bool)
-    for v in order.tolist():
-        if seen[v] or len(links[v]) == 2:
+    heaviest = np.argsort(-support.x, kind="stable")
+    return _joined(order, support.i[heaviest], support.j[heaviest])
+
+
+@kernel
+def _joined(order: Ints, i: Ints, j: Ints) -> Ints:
+    size = len(order)
+    links, root = np.full((size, 2), -1, np.int64), np.arange(size)
+    for e in range(len(i)):
+        a, b = i[e], j[e]
+        if links[a, 1] < 0 and links[b, 1] < 0 and find(root, a) != find(root, b):
+            root[find(root, a)] = find(root, b)
+            links[a, 1 if links[a, 0] >= 0 else 0] = b
+            links[b, 1 if links[b, 0] >= 0 else 0] = a
+    tour, seen, count = np.empty(size, np.int64), np.zeros(size, np.bool_), 0
+    for v in order:
+        if links[v, 1] >= 0:
             continue
-        while True:
+        while v >= 0 and not seen[v]:  # from a path's end along it
             seen[v] = True
-            tour.append(v)
-            onward = [w for w in links[v] if not seen[w]]
-            if not onward:
-                break
-            v = onward[0]
-    return np.array(tour, np.int64)
+            tour[count] = v
+            count += 1
+            v = links[v, 1] if links[v, 0] < 0 or seen[links[v, 0]] else links[v, 0]
+    return tour

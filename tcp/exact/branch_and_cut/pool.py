@@ -50,7 +50,7 @@ class Pool:
         if not self._cuts:
             return []
         if self._family.count < len(self._listed):
-            self._family = self._family.followed_by(self._listed[self._family.count :])
+            self._family = self._family.followed_by(Family.of(self._listed[self._family.count :]))
             self._rhs = np.array([c.rhs for c in self._listed])
         missing = violation(self._family, self._rhs, support)
         order = np.argsort(-missing, kind="stable")[:limit]

@@ -159,7 +159,7 @@ def rounded(
     """
     factor = unit or 1.0
     y = np.array([d if eq else max(d, 0.0) for _, _, d, eq in rows]) * factor
-    sets = np.array([cut.weights.sum() for cut, _, _, _ in rows])
+    sets = np.array([cut.total for cut, _, _, _ in rows])
     scale = scale_for(problem, pi * factor, np.abs(y) * sets)
     whole = np.rint(y * scale).astype(np.int64).tolist()
     cuts = tuple((cut, rhs, w) for (cut, rhs, _, _), w in zip(rows, whole, strict=True) if w)

@@ -47,7 +47,7 @@ def refined(lp: Relaxation, duals: Duals) -> Duals:
     if any(key not in lp.place for key in used):
         return duals
     y = np.array([used.get(cut.key, 0) for cut in lp.cuts], np.int64)
-    sets = np.array([cut.weights.sum() for cut in lp.cuts], np.int64)
+    sets = np.array([cut.total for cut in lp.cuts], np.int64)
     finest = scale_for(
         lp.problem, duals.pi / duals.scale, np.abs(y) * sets.astype(float) / duals.scale
     )

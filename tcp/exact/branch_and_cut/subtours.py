@@ -130,24 +130,26 @@ def _merged(
     count: int, name: Ints, root: Ints, i: Ints, j: Ints, x: Floats
 ) -> tuple[Ints, Ints, Floats]:
     """Edges between contracted nodes, parallel ones added up."""
-    key = np.empty(len(x), np.int64)
+    a, b, value = np.empty(len(x), np.int64), np.empty(len(x), np.int64), np.empty(len(x))
     used = 0
-    value = np.empty(len(x))
     for k in range(len(x)):
-        a, b = name[find(root, i[k])], name[find(root, j[k])]
-        if a != b:
-            key[used] = min(a, b) * count + max(a, b)
-            value[used] = x[k]
-            used += 1
-    order = np.argsort(key[:used])
+        a[used], b[used], value[used] = name[find(root, i[k])], name[find(root, j[k])], x[k]
+        used += a[used] != b[used]
+    ptr, other, edge = adjacency_lists(a[:used], b[:used], count)
     p, q, w = np.empty(used, np.int64), np.empty(used, np.int64), np.empty(used)
-    last, filled = np.int64(-1), 0
-    for t in order:
-        if key[t] != last:
-            last = key[t]
-            p[filled], q[filled], w[filled] = last // count, last % count, 0.0
-            filled += 1
-        w[filled - 1] += value[t]
+    at = np.full(count, -1, np.int64)  # the edge that leads to a node
+    filled = np.int64(0)
+    for u in range(count):
+        first = filled
+        for e in range(ptr[u], ptr[u + 1]):
+            v = other[e]
+            if v < u:
+                continue
+            if at[v] < first:
+                at[v] = filled
+                p[filled], q[filled], w[filled] = u, v, 0.0
+                filled += 1
+            w[at[v]] += value[edge[e]]
     return p[:filled], q[:filled], w[:filled]
 
 
