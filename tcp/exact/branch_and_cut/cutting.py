@@ -321,11 +321,8 @@ class Cutter:
 
     def _combs(self, support: Support) -> list[Cut]:
         fresh = fractional_handles(support)
-        known = (
-            cut.handle.astype(np.int64)
-            for cut, slack in zip(self.lp.cuts, self.lp.slack.tolist(), strict=True)
-            if cut.comb and slack < KNOWN
-        )
+        tight = (self.lp.cuts[k] for k in np.nonzero(self.lp.slack < KNOWN)[0].tolist())
+        known = (cut.handle.astype(np.int64) for cut in tight if cut.comb)
         handles = list({nodes.tobytes(): nodes for nodes in (*fresh, *known)}.values())
         found = comb_cuts(support, self.incumbent.tour, handles, self.threads)
         if len(found) < FEW_COMBS:

@@ -43,15 +43,16 @@ class Pool:
             for key in list(self._cuts)[: len(self._cuts) - CAPACITY + LEAVE]:
                 del self._cuts[key]
             self._listed = list(self._cuts.values())
-            self._family = Family.of(())
+            self._family, self._rhs = Family.of(()), np.zeros(0, np.int64)
 
     def violated(self, support: Support, by: float, limit: int) -> list[Cut]:
         """Up to ``limit`` cuts violated by at least ``by``, most violated first."""
         if not self._cuts:
             return []
         if self._family.count < len(self._listed):
-            self._family = self._family.followed_by(Family.of(self._listed[self._family.count :]))
-            self._rhs = np.array([c.rhs for c in self._listed])
+            fresh = self._listed[self._family.count :]
+            self._family = self._family.followed_by(Family.of(fresh))
+            self._rhs = np.concatenate((self._rhs, [cut.rhs for cut in fresh]))
         missing = violation(self._family, self._rhs, support)
         order = np.argsort(-missing, kind="stable")[:limit]
         return [self._listed[k] for k in order if missing[k] >= by]
