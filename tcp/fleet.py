@@ -8,7 +8,6 @@ not depend on where it ran, on how many workers there are, or on who died.
 
 from __future__ import annotations
 
-import asyncio
 import os
 import signal
 import threading
@@ -218,6 +217,8 @@ def _dask(scheduler: str | None) -> Iterator[tuple[type[Exception], ...]]:
 
 async def _greet(scheduler: str) -> None:
     """See that a scheduler answers in time; a client alone waits for the first word for ever."""
+    import asyncio
+
     from distributed.comm import connect
 
     comm = await asyncio.wait_for(connect(scheduler, timeout=CONNECT), 2 * CONNECT)

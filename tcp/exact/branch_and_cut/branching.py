@@ -61,9 +61,9 @@ class Brancher:
     gains: dict[int, tuple[float, float, int]] = field(default_factory=dict)
 
     @cached_property
-    def clusters(self) -> list[Cut]:
+    def clusters(self) -> Family:
         """What is tried where nothing else gains."""
-        return clusters(self.lp.problem)
+        return Family.of(clusters(self.lp.problem))
 
     def choose(self, support: Support, tour: Ints, cutoff: float) -> Decision | None:
         """The best decision at the current LP solution; None if there is no candidate."""
@@ -71,7 +71,7 @@ class Brancher:
         best = self._best(self._pairs(support), self._sets(support, tour), cap)
         if best is None or _product(best.gains, cap) < POOR:
             other = self._best(
-                [], _undecided(self.lp.problem, support, Family.of(self.clusters), CLUSTERS), cap
+                [], _undecided(self.lp.problem, support, self.clusters, CLUSTERS), cap
             )
             known = [decision for decision in (best, other) if decision is not None]
             best = max(known, key=lambda d: _product(d.gains, cap), default=None)

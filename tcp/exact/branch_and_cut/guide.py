@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from tcp.exact.branch_and_cut.support import Support, find
+from tcp.exact.branch_and_cut.support import Support
+from tcp.heuristics.local_search.ground import Small
+from tcp.heuristics.local_search.starts import link
 from tcp.jit import kernel
 from tcp.travel import Ints
 
@@ -12,24 +14,22 @@ from tcp.travel import Ints
 def joined(support: Support, order: Ints) -> Ints:
     """A tour through the heaviest edges of a support graph, its paths in a tour's order."""
     heaviest = np.argsort(-support.x, kind="stable")
-    return _joined(order, support.i[heaviest], support.j[heaviest])
+    links = np.full((support.size, 2), -1, np.int32)
+    root = np.arange(support.size, dtype=np.int32)
+    link(links, root, support.i[heaviest], support.j[heaviest])
+    return _along(links, order)
 
 
 @kernel
-def _joined(order: Ints, i: Ints, j: Ints) -> Ints:
+def _along(links: Small, order: Ints) -> Ints:
+    """All paths of the links, each from its end that comes first in the order."""
     size = len(order)
-    links, root = np.full((size, 2), -1, np.int64), np.arange(size)
-    for e in range(len(i)):
-        a, b = i[e], j[e]
-        if links[a, 1] < 0 and links[b, 1] < 0 and find(root, a) != find(root, b):
-            root[find(root, a)] = find(root, b)
-            links[a, 1 if links[a, 0] >= 0 else 0] = b
-            links[b, 1 if links[b, 0] >= 0 else 0] = a
     tour, seen, count = np.empty(size, np.int64), np.zeros(size, np.bool_), 0
-    for v in order:
+    for first in order:
+        v = first
         if links[v, 1] >= 0:
             continue
-        while v >= 0 and not seen[v]:  # from a path's end along it
+        while v >= 0 and not seen[v]:
             seen[v] = True
             tour[count] = v
             count += 1

@@ -395,10 +395,8 @@ class Relaxation:
         size = self.problem.size
         listed: list[tuple[Cut, int, float, bool]] = []
         for k in np.nonzero(row_dual[size:])[0].tolist():
-            cut, dual = cuts[k], float(row_dual[size + k])
-            branched = cut.key in self._branches
-            rhs = self.rhs_of(cut) if branched else cut.rhs
-            listed.append((cut, rhs, dual, branched and self.is_equation(cut)))
+            cut = cuts[k]
+            listed.append((cut, self.rhs_of(cut), row_dual[size + k], self.is_equation(cut)))
         return rounded(self.problem, row_dual[:size], listed, unit)
 
     def rhs_of(self, cut: Cut) -> int:

@@ -34,7 +34,7 @@ def greedy(g: Ground, noise: np.random.Generator | None = None) -> Small:
     links = np.full((n, 2), -1, np.int32)
     root = np.arange(n, dtype=np.int32)
     a, k = np.nonzero(g.mates >= 0)
-    _link(links, root, a.astype(np.int64), g.mates[a, k].astype(np.int64))
+    link(links, root, a.astype(np.int64), g.mates[a, k].astype(np.int64))
     u = np.repeat(np.arange(n), g.near.shape[1])
     v, cost = g.near.ravel().astype(np.int64), g.dist.ravel().astype(np.float64)
     if noise is not None:
@@ -71,7 +71,7 @@ def with_forced(g: Ground, order: Small) -> Small:
 
 def _link_by_cost(links: Small, root: Small, u: Ints, v: Ints, cost: NDArray[Any]) -> None:
     rank = np.argsort(cost, kind="stable")
-    _link(links, root, u[rank], v[rank])
+    link(links, root, u[rank], v[rank])
 
 
 def _loose_ends(g: Ground, links: Small) -> Ints:
@@ -119,7 +119,7 @@ def _roots(root: Any, nodes: Any) -> Any:
 
 
 @compiled
-def _link(links: Any, root: Any, u: Any, v: Any) -> None:
+def link(links: Any, root: Any, u: Any, v: Any) -> None:
     """Link the pairs in turn unless a node has two links or a cycle would close."""
     for k in range(u.size):
         a, b = u[k], v[k]
