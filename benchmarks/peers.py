@@ -37,7 +37,7 @@ def itself(instance: Instance) -> Instance:
 
 def compiled(instance: Instance) -> Instance:
     """Compiling happens once a machine and counts nowhere."""
-    import_module("tcp.heuristics.local_search.run").warm_up()
+    import_module("tcp.heuristics.local_search.warm").warm_up()
     return instance
 
 
@@ -184,7 +184,7 @@ ROUTERS = {
     "fast-tsp": Router(fast_tsp, "fast-tsp", 5_990, short_matrix),
     "OR-Tools routing (GLS)": Router(or_tools, "ortools", 5_990, lists, seeded=False),
     "PyVRP": Router(pyvrp, "pyvrp", 5_990, matrix),
-    "elkai (LKH), no limit": Router(elkai, "elkai", 1_500, lists, seeded=False),
+    "elkai (LKH; no limit)": Router(elkai, "elkai", 1_500, lists, seeded=False),
     "python-tsp": Router(python_tsp, "python-tsp", 1_500, matrix),
     "networkx": Router(networkx, "networkx", 1_500, graph),
     "nearest neighbour": Router(nearest, "numpy", 10**5, seeded=False),

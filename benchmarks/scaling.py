@@ -67,7 +67,7 @@ def route(path: Path, seconds: float) -> dict[str, Any]:
     from tcp.report.route import save_route
     from tcp.solve import solve
 
-    import_module("tcp.heuristics.local_search.run").warm_up()
+    import_module("tcp.heuristics.local_search.warm").warm_up()
     news: list[Any] = []
     began, spent = time.perf_counter(), time.process_time()
     problem = instance(path)

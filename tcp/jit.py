@@ -55,6 +55,12 @@ def cached(**options: Any) -> Callable[[Callable[..., Any]], Any]:
     return decorate
 
 
+def on_disk(kernel: Any) -> bool:
+    """Whether the cache holds what a kernel compiles to; True where a kernel has no cache."""
+    file = getattr(getattr(kernel, "_cache", None), "_cache_file", None)
+    return file is None or bool(file._load_index())
+
+
 kernel = cached()
 """Decorator of a kernel whose errors Python shall see."""
 

@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from numba import njit
 from numba.core import caching
 from numba.core.errors import TypingError
 
@@ -23,6 +24,7 @@ from tcp.heuristics.local_search import warm_up
 
 PACKAGE = Path(tcp.__file__).parent
 CALL = "from tcp.call import call; print(call(1), sum(call.stats.cache_hits.values()))"
+ON_DISK = "from tcp import jit; from tcp.call import call; print(jit.on_disk(call))"
 
 
 @pytest.fixture
@@ -46,19 +48,24 @@ def package(tmp_path: Path) -> Path:
     return package
 
 
-def call(package: Path) -> tuple[int, int]:
-    """What the kernel answers in a process of its own, and how often the cache served it."""
+def told(package: Path, program: str) -> list[str]:
+    """What a program prints that has only this package, in a process of its own."""
     environment = {**os.environ, "PYTHONPATH": str(package.parent), "PYTHONDONTWRITEBYTECODE": "1"}
     environment.pop("NUMBA_CACHE_DIR", None)
     done = subprocess.run(
-        [sys.executable, "-c", CALL],
+        [sys.executable, "-c", program],
         cwd=package.parent,
         env=environment,
         capture_output=True,
         text=True,
         check=True,
     )
-    value, hits = done.stdout.split()
+    return done.stdout.split()
+
+
+def call(package: Path) -> tuple[int, int]:
+    """What the kernel answers in a process of its own, and how often the cache served it."""
+    value, hits = told(package, CALL)
     return int(value), int(hits)
 
 
@@ -187,3 +194,16 @@ def test_numba_refuses_a_lean_kernel_that_makes_an_array():
 
     with pytest.raises(TypingError, match="zeros"):
         make(3)
+
+
+def test_a_kernel_is_on_disk_until_a_file_with_kernels_changes(package):
+    assert told(package, ON_DISK) == ["False"]
+    call(package)
+    assert told(package, ON_DISK) == ["True"]
+    (package / "constant.py").write_text("from tcp.jit import kernel\nSTEP = 20\n")
+    assert told(package, ON_DISK) == ["False"]
+
+
+def test_a_kernel_without_a_cache_counts_as_on_disk():
+    assert jit.on_disk(njit(lambda k: k))
+    assert jit.on_disk(lambda k: k)  # numba switched off

@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 
 from tcp import Ends, Instance, Model, Rules, Travel, Workpiece
 from tcp.bounds.ascent import lightest_tree, ranked
-from tcp.heuristics.local_search import improve, respects
+from tcp.heuristics.local_search import improve, respects, warm
 from tcp.heuristics.local_search.alpha import _choose, _merges, alpha_nearest
 from tcp.heuristics.local_search.crossover import ab_cycles, census, mate
 from tcp.heuristics.local_search.exchange import apply, new_tour, undo
@@ -251,7 +251,7 @@ def test_a_search_compiles_nothing_after_the_warm_up():
         import gc
         from dataclasses import replace
         from numba.core.dispatcher import Dispatcher
-        from tcp.heuristics.local_search.run import warm_up
+        from tcp.heuristics.local_search.warm import warm_up
         from test_local_search import *
         kernels = {
             f"{value.__module__}.{value.__name__}": value
@@ -277,6 +277,64 @@ def test_a_search_compiles_nothing_after_the_warm_up():
         assert after == before, [name for name in after if after[name] != before[name]]
     """
     subprocess.run([sys.executable, "-c", program], cwd=Path(__file__).parent, check=True)
+
+
+def test_the_second_process_compiles_what_the_first_needs_for_breeding():
+    program = """if True:
+        from tcp.heuristics.local_search import crossover, warm
+        kernels = crossover.census, crossover.ab_cycles, crossover.mate
+        warm.warm_breeding()
+        before = [kernel.signatures for kernel in kernels]
+        assert all(len(signatures) == 1 for signatures in before)
+        warm.warm_up()
+        assert [kernel.signatures for kernel in kernels] == before
+    """
+    subprocess.run([sys.executable, "-c", program], check=True)
+
+
+@pytest.fixture
+def started(monkeypatch):
+    """The second processes that were started, in a process whose kernels seem not to be on disk."""
+    processes = []
+
+    def start(*args, **options):
+        processes.append(subprocess.Popen(*args, **options))
+        return processes[-1]
+
+    monkeypatch.setattr(warm, "Popen", start)
+    monkeypatch.setattr(warm, "threads", lambda most: most)
+    monkeypatch.setattr(warm.jit, "on_disk", lambda kernel: False)
+    return processes
+
+
+def test_a_second_process_compiles_meanwhile_and_ends(started):
+    with warm._second_process():
+        assert len(started) == 1
+    assert started[0].returncode == 0
+
+
+def test_ctrl_c_ends_the_second_process(started):
+    with pytest.raises(KeyboardInterrupt), warm._second_process():
+        raise KeyboardInterrupt
+    assert started[0].returncode not in (None, 0)
+
+
+@pytest.mark.parametrize("program", [None, "", "/usr/bin/app", "/nowhere/python3"])
+def test_without_an_interpreter_everything_is_compiled_here(started, monkeypatch, program):
+    monkeypatch.setattr(sys, "executable", program)
+    warm.warm_up.__wrapped__()
+    assert not started
+
+
+def test_a_single_core_and_kernels_on_disk_need_no_second_process(started, monkeypatch):
+    monkeypatch.setattr(warm, "threads", lambda most: 1)
+    with warm._second_process():
+        pass
+    monkeypatch.setattr(warm, "threads", lambda most: most)
+    monkeypatch.setattr(warm.jit, "on_disk", lambda kernel: True)
+    with warm._second_process():
+        pass
+    assert not started
 
 
 @settings(max_examples=25, deadline=None)

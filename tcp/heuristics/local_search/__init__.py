@@ -6,6 +6,7 @@ the exact solvers and the board optimiser call as well.
 
 from tcp.heuristics.local_search.anneal import Join
 from tcp.heuristics.local_search.linking import linked_tour, panel_of
-from tcp.heuristics.local_search.run import improve, respects, warm_up
+from tcp.heuristics.local_search.run import improve, respects
+from tcp.heuristics.local_search.warm import warm_up
 
 __all__ = ["Join", "improve", "linked_tour", "panel_of", "respects", "warm_up"]

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Sequence
-from functools import cache
 
 import numpy as np
 
@@ -12,13 +11,13 @@ from tcp.errors import InfeasibleError
 from tcp.fleet import threads
 from tcp.heuristics.local_search import neighbours, starts
 from tcp.heuristics.local_search.alpha import alpha_nearest
-from tcp.heuristics.local_search.anneal import FEW, Join, Search
+from tcp.heuristics.local_search.anneal import Join, Search
 from tcp.heuristics.local_search.ground import Ground, Small
 from tcp.heuristics.local_search.survey import survey
-from tcp.instance import Ends, Instance, TourForm
+from tcp.heuristics.local_search.warm import warm_up
+from tcp.instance import TourForm
 from tcp.result import Report, silent
 from tcp.stop import Clock, Stop
-from tcp.workpiece import Workpiece
 
 TINY = 8
 """Below this many nodes every tour is tried."""
@@ -115,21 +114,6 @@ def _by_alpha(ground: Ground, order: Small, form: TourForm, clock: Clock) -> Gro
     limit = clock.stop.time
     part = clock.part(Stop(None if limit is None else CHOOSING * limit))
     return alpha_nearest(ground, order, form.real, FEWER, late=lambda: part.over)
-
-
-@cache
-def warm_up() -> None:
-    """Compile (or load from the cache) every kernel, on two clusters of a dozen holes."""
-    x = np.tile(np.arange(12, dtype=np.int64) ** 2 % 13, 2)
-    piece = Workpiece("warm-up", tuple(map(str, range(24))), x + np.repeat([0, 500], 12), x[::-1])
-    ground = survey(Instance(piece, ends=Ends(start=0)).form, 4)
-    rng, clock = np.random.default_rng(0), Clock(Stop())
-    ground = alpha_nearest(ground, starts.greedy(ground), 24, 4)
-    for order in (starts.greedy(ground), starts.curve(ground)):
-        search = Search(ground, order, rng, clock, silent)
-        search.descend()
-        search.kick(8, 1)
-        search.kick(FEW * ground.size, 1)
 
 
 def respects(form: TourForm, tour: Sequence[int]) -> bool:

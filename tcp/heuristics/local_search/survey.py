@@ -33,13 +33,21 @@ def survey(form: TourForm, width: int = 10, late: Callable[[], bool] = lambda: F
 
     O(n log n) time and O(n) memory (an explicit matrix is copied).
     """
+    bare = bare_ground(form)
+    near, dist = near_nodes(bare, form.real, width, late)
+    dist[form.real :] = 0  # the virtual node's candidates vary
+    return bare._replace(near=near, dist=dist)
+
+
+def bare_ground(form: TourForm) -> Ground:
+    """The renumbered nodes of ``form`` without candidates."""
     n, real = form.size, form.real
     order = hilbert_order(form)
     label = np.append(order, np.arange(real, n))
     number = np.empty(n, np.int64)
     number[label] = np.arange(n)
     rule, xy, factors = _costs(form, order)
-    bare = Ground(
+    return Ground(
         rule=rule,
         xy=xy,
         pairs=_pairs(form, number),
@@ -49,9 +57,6 @@ def survey(form: TourForm, width: int = 10, late: Callable[[], bool] = lambda: F
         label=label,
         scales=factors,
     )
-    near, dist = near_nodes(bare, real, width, late)
-    dist[real:] = 0  # the virtual node's candidates vary
-    return bare._replace(near=near, dist=dist)
 
 
 def _costs(form: TourForm, order: Ints) -> tuple[Ints, Ints, tuple[float, float, float]]:
