@@ -1,16 +1,18 @@
 """Proved optima, each with a checked certificate: the papers, published instances, real boards.
 
-    python benchmarks/proofs.py [--section NAME ...] [--only TEXT] [--limit S] [--jobs 1|2]
+    python benchmarks/proofs.py [--section NAME ...] [--only TEXT] [--limit S] [--finish]
+                                [--jobs 1|2]
     python benchmarks/proofs.py --list       # what would run, and for how long at most
     python benchmarks/proofs.py --table      # only write docs/proofs.md from the results so far
 
 Sections: ``papers`` (WP1 to WP3 in both cases, against CP-SAT's best setting on WP3), ``closed``
 (tours, Euclidean distances rounded as TSPLIB does, optima published), ``open`` (paths in three
-travel models), ``boards`` (every tool of every board, simultaneous axes).  Limits are those that
+travel models), ``made`` (the same for generated instances, whose bounds ``routers.py`` needs),
+``boards`` (every tool of every board, simultaneous axes).  Limits are those that
 the project set itself: 60 s up to 500 holes, 3 min up to 700, 15 min up to 1,000, 60 min up to
 1,400, 10 min beyond; boards 3 min up to 1,000 holes, 15 min beyond; ``--limit`` caps them all.
 Where a small gap is the target (0.05 % from 1,000 nodes on, 0.3 % from 1,400 on, 0.1 % for tools of
-more than 2,000 holes), a proof ends when it is reached.
+more than 2,000 holes), a proof ends when it is reached; with ``--finish`` it goes on.
 
 Every proof runs in a process of its own, which tells its peak memory; its certificate is written to
 a file and verified by the independent checker before it counts.  One line of JSON a proof is
@@ -33,18 +35,19 @@ import tempfile
 import time
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
 import proofs_page
+from generated import MADE, generated
 
 ROOT = Path(__file__).resolve().parents[1]
 CORPUS = Path(os.environ.get("TCP_CORPUS", ROOT.parent / "shared" / "corpus"))
 RESULTS = ROOT / "benchmarks" / "results" / "proofs.jsonl"
 PAGE = ROOT / "docs" / "proofs.md"
-SECTIONS = ("papers", "closed", "open", "boards")
+SECTIONS = ("papers", "closed", "open", "made", "boards")
 REPEATS = 7
 PAPERS = {"wp1": 9, "wp2": 14, "wp3": 49}
 VLSI = {
@@ -127,10 +130,12 @@ def jobs() -> Iterator[Job]:
     for name in ("wp1", "wp2", "wp3"):
         for metric in ("manhattan", "chebyshev"):
             yield Job("papers", name, metric, PAPERS[name], 60.0)
-    sizes = {name: int(row["n"]) for name, row in published().items()}
-    for section, metrics in (
-        ("closed", ("closed",)),
-        ("open", ("manhattan", "chebyshev", "euclidean")),
+    known = {name: int(row["n"]) for name, row in published().items()}
+    axes = ("manhattan", "chebyshev", "euclidean")
+    for section, sizes, metrics in (
+        ("closed", known, ("closed",)),
+        ("open", known, axes),
+        ("made", MADE, axes),
     ):
         for name in sorted(sizes, key=lambda n: (sizes[n], n)):
             for metric in metrics:
@@ -184,6 +189,8 @@ def instance_of(job: Job) -> Any:
     if job.section == "boards":
         piece = workpiece(board(CORPUS / "boards" / job.name), int(job.metric[1:]))
         return Instance(piece, Travel(Model.SIMULTANEOUS))
+    if job.section == "made":
+        return Instance(generated(job.name), *metrics[job.metric])
     if job.section == "papers":
         path = ROOT / "data" / f"{job.name}.csv"
     else:
@@ -286,7 +293,8 @@ def settled(record: Record | None, job: Job) -> bool:
     if record is None or "error" in record or "memory_mib" not in record:
         return False
     near = proofs_page.gap(record) <= 100 * job.enough
-    return bool(record["optimal"]) or near or record["limit"] >= job.limit
+    as_long = record["limit"] >= job.limit and record.get("enough", 0.0) <= job.enough
+    return bool(record["optimal"]) or near or as_long
 
 
 def load() -> dict[tuple[str, str, str], Record]:
@@ -325,6 +333,7 @@ def main() -> None:
     parser.add_argument("--only", default="", help="only names or metrics with this text")
     parser.add_argument("--most", type=int, default=10_000, help="most holes")
     parser.add_argument("--limit", type=float, default=float("inf"), help="cap on every limit")
+    parser.add_argument("--finish", action="store_true", help="no gap but 0 is small enough")
     parser.add_argument("--jobs", type=int, default=1, choices=(1, 2), help="proofs at a time")
     parser.add_argument("--list", action="store_true", help="run nothing, show what would run")
     parser.add_argument("--table", action="store_true", help="run nothing, write the page")
@@ -338,7 +347,11 @@ def main() -> None:
         parser.error(f"there is no corpus at {CORPUS}; set TCP_CORPUS")
     if not given.table:
         chosen = [
-            Job(**{**asdict(job), "limit": min(job.limit, given.limit)})
+            replace(
+                job,
+                limit=min(job.limit, given.limit),
+                enough=0.0 if given.finish else job.enough,
+            )
             for job in jobs()
             if job.section in (given.section or SECTIONS)
             and job.holes <= given.most

@@ -37,6 +37,15 @@ knowledge. In brackets: CPU seconds and nodes of the tree. Costs are in quanta o
 | instance | Manhattan | Chebyshev | Euclidean |
 |---|---:|---:|---:|"""
 
+MADE = """\
+## Generated instances, open paths
+
+Uniform, clustered and lattice holes of `benchmarks/generated.py`, for the gaps in
+[routers.md](routers.md).
+
+| instance | Manhattan | Chebyshev | Euclidean |
+|---|---:|---:|---:|"""
+
 BOARDS = """\
 ## Real boards, every tool, both axes at once
 
@@ -70,9 +79,8 @@ def page(
     missing: list[str] | None = None,
 ) -> str:
     """The whole page, with a sentence about the machine and the proofs that were not run."""
-    by = {name: [r for r in records if r["section"] == name] for name in ("papers", "open")}
-    by["closed"] = [r for r in records if r["section"] == "closed"]
-    by["boards"] = [r for r in records if r["section"] == "boards"]
+    sections = ("papers", "closed", "open", "made", "boards")
+    by = {name: [r for r in records if r["section"] == name] for name in sections}
     parts = [HEAD, *([note, ""] if note else [])]
     if records:
         parts += ["## What the project set itself", "", *targets(by, known), ""]
@@ -83,6 +91,8 @@ def page(
         parts += [CLOSED, *closed(by["closed"], known), "", *other_costs(by["closed"], known)]
     if by["open"]:
         parts += [OPEN, *paths(by["open"]), ""]
+    if by["made"]:
+        parts += [MADE, *paths(by["made"]), ""]
     if by["boards"]:
         parts += [BOARDS, *boards(by["boards"]), "", *unproved(by["boards"]), ""]
     return "\n".join(parts).rstrip() + "\n"

@@ -43,7 +43,7 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
-import numpy as np
+from generated import MADE, generated
 from peers import ROUTERS
 
 from tcp import Instance, Model, Travel, Workpiece
@@ -88,7 +88,6 @@ FILES = (
     "fl3795",
     "rl5915",
 )
-MADE = ("uniform1000", "clustered1000", "lattice900", "uniform10000")
 SMALL = 500
 """Most holes of a tool for which ours must find the optimum within 5 s."""
 
@@ -112,22 +111,6 @@ class Job:
 
 
 # --- instances ----------------------------------------------------------------------------
-
-
-def generated(name: str) -> Workpiece:
-    """``uniform1000``, ``clustered1000`` or ``lattice900``, seed 0."""
-    kind = name.rstrip("0123456789")
-    n, rng = int(name[len(kind) :]), np.random.default_rng(0)
-    side = 40 * int(1_000 * n**0.5 / 31)
-    if kind == "lattice":
-        edge = round(n**0.5)
-        y, x = (v.ravel().astype(np.int64) * 100 for v in np.mgrid[:edge, :edge])
-    elif kind == "clustered":
-        centres = rng.integers(0, side, (2, n // 50))
-        x, y = (centres[:, np.arange(n) % (n // 50)] + rng.normal(0, 500, (2, n))).astype(np.int64)
-    else:
-        x, y = rng.integers(0, side, (2, n))
-    return Workpiece(name, tuple(map(str, range(x.size))), x, y)
 
 
 def workpiece(name: str) -> Workpiece | None:
@@ -160,7 +143,7 @@ def bounds() -> dict[tuple[str, str], int]:
     known: dict[tuple[str, str], int] = defaultdict(int)
     models = {metric: model for model, metric in METRICS.items()}
     for row in records(RESULTS / "proofs.jsonl"):
-        if row["section"] == "open" and row["bound"] is not None:
+        if row["section"] in ("open", "made") and row["bound"] is not None:
             key = row["name"], models[row["metric"]]
             known[key] = max(known[key], row["bound"])
         if row["section"] == "boards" and "error" not in row:
