@@ -72,7 +72,8 @@ class Workpiece:
     Raises
     ------
     InputError
-        If there are no holes, ids repeat, or lengths disagree.
+        If there are no holes, ids repeat, lengths disagree, or the matrix is not symmetric with
+        zeros from each hole to itself.
     """
 
     name: str
@@ -109,6 +110,8 @@ class Workpiece:
             raise InputError(f"{self.name}: the travel matrix is not symmetric")
         if int(self.matrix.min()) < 0:
             raise InputError(f"{self.name}: the travel matrix has a negative entry")
+        if self.matrix.diagonal().any():
+            raise InputError(f"{self.name}: the travel matrix has an entry from a hole to itself")
         self.matrix.setflags(write=False)
 
     @property

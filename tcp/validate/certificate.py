@@ -2,9 +2,8 @@
 
 This one file is all that has to be trusted.  It needs Python and numpy and nothing of ``tcp``: a
 copy of it runs anywhere, as ``python certificate.py FILE [SHA256]``.  ``docs/certificate.md`` has
-the format and the mathematics; each section below checks one part.  Everything is derived again
-from what the file says about the instance, and only integers decide: int64 where a bound on all
-intermediates proves that they fit, Python integers otherwise.
+the format and the mathematics.  Everything is derived again from what the file says, and only
+integers decide: int64 where a bound on all intermediates proves that they fit, else Python's own.
 """
 
 from __future__ import annotations
@@ -17,7 +16,7 @@ import sys
 import zlib
 from collections import Counter
 from collections.abc import Iterator, Sequence
-from decimal import Decimal
+from decimal import ROUND_FLOOR, Context
 from fractions import Fraction
 from itertools import combinations
 from pathlib import Path
@@ -36,7 +35,7 @@ TYPES = {
     int: "version lower upper scale set child",
     bool: "outward return closed infeasible",
     dict: "instance travel ends rules claim fix",
-    list: "ids x y home matrix forbidden together route sets cuts tree weights edge children pi",
+    list: "ids x y home matrix forbidden together route sets cuts tree weights branches",
 }
 TYPE_OF = {field: kind for kind, names in TYPES.items() for field in names.split()}
 MODELS = {"sequential": "vx vy", "simultaneous": "vx vy", "explicit": ""}
@@ -145,9 +144,8 @@ class Problem:
         *rules, jump = fields(data["rules"], "", "together forbidden min_jump")
         together, apart = ([self._holes(p, 2) for p in pairs or []] for pairs in rules)
         near = math.ceil((fraction("0" if jump is None else jump, 0) / step) ** 2)
-        for i, j in combinations(range(self.n if near else 0), 2):
-            if (x[i] - x[j]) ** 2 + (y[i] - y[j]) ** 2 < near:
-                apart.append([i, j])
+        pairs = combinations(range(self.n if near else 0), 2)
+        apart += [[i, j] for i, j in pairs if (x[i] - x[j]) ** 2 + (y[i] - y[j]) ** 2 < near]
         legs, *ends = fields(data["ends"], "", "home start end outward return closed")
         home, (self.outward, back, closed) = [fraction(v, -LIMIT) for v in legs or []], ends[2:]
         self.start, self.end = (-1 if e is None else self._holes([e], 1)[0] for e in ends[:2])
@@ -208,16 +206,16 @@ class Problem:
         good = "rounding" in travel or (self.quantum == 1 if self.model == "explicit" else whole)
         demand(good, "exact travel has another quantum")
         demand(len(data.get("matrix", data["ids"])) == self.n, "the matrix has a row per hole")
-        self.matrix = np.zeros((self.size, self.size if "matrix" in data else 0), dtype=np.int64)
-        for i, row in enumerate(data.get("matrix", [])):
-            self.matrix[i, : i + 1] = self.matrix[: i + 1, i] = wholes(row, 0, count=i + 1)
+        rows = [wholes(row, 0, count=i + 1) for i, row in enumerate(data.get("matrix", []))]
+        self.matrix = np.zeros((self.size, self.size if rows else 0), dtype=np.int64)
+        for i, row in enumerate(rows):
+            self.matrix[i, : i + 1] = self.matrix[: i + 1, i] = row
         listed = self.matrix.size > 0 > self.home
         demand(listed or self.model != "explicit", "explicit travel has a matrix and no home")
         self.fits = max(map(abs, x + y))  # or more: `time` sees to it with the longest move
         longest = [np.array([max(v) - min(v)], dtype=object) for v in (x, y)]
         self.peak = int((self.matrix if self.model == "explicit" else self.move(*longest)).max())
         self.kind: Any = np.int64 if self.fits < LIMIT else object
-        # the virtual node borrows the first hole's place; `between` sets its costs to 0
         self.x, self.y = (np.array(v + v[: self.virtual >= 0], dtype=self.kind) for v in (x, y))
         self.divisor = math.gcd(*(int(np.gcd.reduce(c, initial=0)) for _, c in self.blocks())) or 1
 
@@ -249,7 +247,7 @@ class Problem:
         return k + (k * k < n) if self.up else (k + 1) // 2
 
     def between(self, i: Any, j: Any) -> Any:
-        """Costs of the pairs ``i[k]``-``j[k]``."""
+        """Costs of the pairs ``i[k]``-``j[k]``; 0 at the virtual node, wherever its x and y are."""
         if self.model == "explicit":
             return self.matrix[i, j]
         costs = self.move(abs(self.x[i] - self.x[j]), abs(self.y[i] - self.y[j]))
@@ -284,7 +282,8 @@ class Problem:
         who, q = f"{self.data['name']!a} ({shape}, {self.n} holes; {how})", self.quantum
         if lower is None:
             return f"No route of {who} satisfies its ends and rules."
-        low = f"{Decimal(lower * q.numerator) / q.denominator} s ({lower} quanta of {q} s)"
+        seconds = Context(rounding=ROUND_FLOOR).divide(lower * q.numerator, q.denominator)
+        low = f"{seconds} s ({lower} quanta of {q} s)"
         if lower == upper:
             return f"The route given for {who} takes {low}, and no route takes less."
         rest = "" if upper is None else f", and the route given takes {upper} quanta"
@@ -295,9 +294,9 @@ class Proof:
     """Node sets, as rows of ``inside``, cuts, and what dual vectors over them prove.
 
     A cut is the weights of its sets and the least sum of weight times crossings that they have.
-    A dual vector is scale, potentials, right-hand side, and weights of sets.  ``above`` are the
-    decisions over a tree node: pairs absent, pairs present, sets crossed twice, sets crossed
-    4 times or more.  Its domain is the pairs not proved away: blocks of ascending keys, and costs.
+    A dual vector is scale, potentials, right-hand side, and weights of sets.  ``above`` is decided
+    over a tree node: pairs absent, present, sets crossed twice, 4 times or more.  Its domain is the
+    pairs not proved away: blocks of ascending keys, and costs.
     """
 
     # --- 4. node sets and cuts ---
@@ -318,7 +317,7 @@ class Proof:
         """One set S: x(d(S)) >= 2.  Handle and t teeth: the comb inequality, >= 3t + 1."""
         t = len(wholes(cut, 0, len(self.inside) - 1)) - 1
         demand(t == 0 or (t >= 3 and t % 2), "a comb needs an odd number of >= 3 teeth", REFUTED)
-        handle, teeth = self.inside[cut[0]], self.inside[cut[1:]]
+        handle, teeth = self.inside[cut[0]], self.inside[cut[1 : self.size]]  # more share nodes
         demand((teeth.sum(axis=0) <= 1).all(), "two teeth of a comb share a node", REFUTED)
         crossed = (teeth & handle).any(axis=1) & (teeth & ~handle).any(axis=1)
         demand(crossed.all(), "a tooth of a comb does not cross the handle", REFUTED)
@@ -327,8 +326,8 @@ class Proof:
     def _local(self, cut: Any) -> tuple[dict[int, int], int]:
         """Weights on sets make a metric in which a part, nodes in the same sets, has no extent.
 
-        A tour of all nodes, shortened to one visit of each part, weighs no more: so the least is
-        the length of a shortest tour of the parts (Held and Karp 1962).
+        A tour, shortened to one visit of each part, weighs no more: the least is the length of a
+        shortest tour of the parts (Held and Karp 1962).
         """
         sets, weights = fields(cut, "sets weights")
         wholes(weights, 1, HEAVIEST, len(wholes(sets, 0, len(self.inside) - 1)))
@@ -367,11 +366,10 @@ class Proof:
         return scale, pi, rhs, {s: w for s, w in weights.items() if w}
 
     def price(self, domain: Any, above: Any, duals: Any, reach: int = -1) -> tuple[Any, list[Any]]:
-        """The lower bound; keys, costs, most uses, reduced costs rc of pairs with rc <= ``reach``.
+        """The bound (inf: no tour is below); keys, costs, most uses, rc of pairs with rc <= reach.
 
-        rc = scale c - P_i - P_j + (terms >= 0), P_i being i's potential plus the positive
-        weights of the sets that hold i: pairs beyond reach without the last terms stay unpriced.
-        The bound is infinite where the branches contradict each other.
+        Reduced costs rc = scale c - P_i - P_j + (terms >= 0), P_i being i's potential plus the
+        positive weights of its sets: pairs beyond reach without the last terms stay unpriced.
         """
         (scale, pi, rhs, weights), problem = duals, self.problem
         weight: Any = [*weights.values(), 0]
@@ -394,8 +392,9 @@ class Proof:
             near |= np.isin(keys, present)
             keys, costs, i, j = (values[near] for values in (keys, costs, i, j))
             low, high = np.isin(keys, present) * 1, ~np.isin(keys, absent) * problem.cap
-            both = inside[of[i], j[:, None]] * weight[of[i]]  # a set that holds both is not crossed
-            rc = scale * costs.astype(kind) - outer[i] - outer[j] + 2 * both.sum(axis=1)
+            rc = scale * costs.astype(kind) - outer[i] - outer[j]
+            for sets in of.T:  # a set that holds both is not crossed
+                rc += 2 * inside[sets[i], j] * weight[sets[i]]
             bound += int(np.minimum(low * rc, high * rc).sum(dtype=object))
             seen += int(low.sum()) - int((low > high).sum())
             found.append((keys, costs, high, rc))
@@ -470,6 +469,7 @@ def check(raw: bytes, holes: list[Any] | None = None, sha256: str | None = None)
     problem, stated = Problem(data["instance"]), data["instance"]["sha256"]
     demand(holes in (None, problem.holes), "it is about another workpiece", REFUTED)
     demand(sha256 in (None, stated), "it is about another instance", REFUTED)
+    demand(sha256 or not holes or not problem.matrix.size, "its times are not yours", REFUTED)
     lower, upper, none = fields(data["claim"], "", "lower upper infeasible")
     demand(none is (lower is None or None), "a claim is a lower bound or infeasible: true")
     demand((upper is None) == ("route" not in data), "route and upper come together")

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import ast
+import dataclasses
 import itertools
 import math
 import shutil
 import subprocess
 import sys
+import tracemalloc
 from fractions import Fraction
 from pathlib import Path
 
@@ -15,7 +17,7 @@ import numpy as np
 import pytest
 
 import tcp.validate.certificate as checker
-from tcp import Ends, Instance, Travel, Workpiece
+from tcp import Ends, Instance, Model, Travel, Workpiece
 from tcp.files.certificate import (
     Certificate,
     Duals,
@@ -26,7 +28,7 @@ from tcp.files.certificate import (
     to_text,
     write,
 )
-from tcp.validate.certificate import Failure, Problem
+from tcp.validate.certificate import Failure, Problem, Proof
 from tests.certificates.samples import random_instance
 from tests.certificates.tiny_prover import brute_force, prove
 
@@ -151,6 +153,70 @@ def test_the_user_s_own_file_binds():
     for other in (Instance(piece, ends=Ends(start=0)), Instance(piece, Travel(vx=Fraction(2)))):
         with pytest.raises(Failure, match="another instance"):
             checked(proof, sha256=other.sha256)
+
+
+def test_a_matrix_that_the_user_did_not_give_does_not_bind():
+    piece = Workpiece.from_decimals("own", [("0", "0"), ("1.5", "0"), ("3", "1")])
+    holes = [(h.id, h.x, h.y) for h in map(piece.hole, range(3))]
+    zeros = dataclasses.replace(piece, matrix=np.zeros((3, 3), np.int64))
+    instance = Instance(zeros, Travel(Model.EXPLICIT))
+    proof = prove(instance)
+    assert checked(proof).lower == 0
+    assert checked(proof, holes=holes, sha256=instance.sha256)
+    with pytest.raises(Failure, match="times are not yours"):
+        checked(proof, holes=holes)
+
+
+def test_seconds_are_never_rounded_above_what_is_proved():
+    problem = Problem(instance_data(Instance(row_of(3))))
+    problem.quantum = Fraction(1, 3)
+    assert " 0.6666666666666666666666666666 s (2 quanta" in problem.statement(2, None)
+    problem.quantum = Fraction(12345678901234567890123456789999)
+    assert " 1.234567890123456789012345678E+31 s (1 quanta" in problem.statement(1, None)
+
+
+# --- short texts that ask for much ------------------------------------------------------
+
+
+def row_of(n: int) -> Workpiece:
+    """Holes a millimetre apart, in a row."""
+    return Workpiece.from_decimals("row", [(str(k), "0") for k in range(n)])
+
+
+@pytest.fixture
+def little_memory():
+    """Fail if the test takes more than 50 MB at any moment."""
+    tracemalloc.start()
+    yield
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert peak < 50e6
+
+
+def test_teeth_that_repeat_take_little_memory(little_memory):
+    problem = Problem(instance_data(Instance(row_of(400))))
+    with pytest.raises(Failure, match="share a node"):
+        Proof(problem, [[0, 1]], [[0] * 300_002])
+
+
+def test_sets_within_sets_take_little_memory(little_memory):
+    problem = Problem(instance_data(Instance(row_of(300))))
+    proof = Proof(problem, [[0, k % 148 + 1] for k in range(450)], [[k] for k in range(450)])
+    ones = [v for k in range(450) for v in (k, 1)]
+    nothing = tuple(set() for _ in range(4))
+    duals = proof.duals({"scale": 1, "pi": [0] * proof.size, "cuts": ones}, 0, nothing)
+    low = {v: sum(v <= k % 148 + 1 for k in range(450)) for v in range(proof.size)}
+    high = sum(
+        min(0, (abs(i - j) if proof.size - 1 not in (i, j) else 0) - abs(low[i] - low[j]))
+        for i, j in itertools.combinations(range(proof.size), 2)
+    )
+    assert proof.price(None, nothing, duals)[0] == 900 + high
+
+
+def test_a_matrix_without_entries_takes_little_memory(little_memory):
+    data = instance_data(Instance(row_of(5_000)))
+    with pytest.raises(Failure, match="whole numbers"):
+        Problem(data | {"matrix": [[]] * 5_000})
 
 
 # --- on its own: only numpy importable -------------------------------------------------
