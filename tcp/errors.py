@@ -8,6 +8,8 @@ else that escapes is a bug in ``tcp`` and exits with :attr:`Exit.INTERNAL`.
 from __future__ import annotations
 
 from enum import IntEnum
+from fractions import Fraction
+from numbers import Integral
 from pathlib import Path
 
 
@@ -36,6 +38,18 @@ class UsageError(TcpError):
     """The call asks for something that does not exist or does not fit together."""
 
     exit_code = Exit.USAGE
+
+
+def demand_exact(name: str, value: object) -> None:
+    """Raise UsageError unless a value is a whole number or a Fraction: a float is not exact."""
+    if isinstance(value, bool) or not isinstance(value, int | Fraction):
+        raise UsageError(f"{name} must be a whole number or a Fraction, not {value!r}")
+
+
+def demand_whole(name: str, value: object) -> None:
+    """Raise UsageError unless a value is a whole number, numpy's included."""
+    if isinstance(value, bool) or not isinstance(value, Integral):
+        raise UsageError(f"{name} must be a whole number, not {value!r}")
 
 
 class InputError(TcpError):

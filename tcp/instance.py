@@ -20,7 +20,7 @@ from typing import Any
 
 import numpy as np
 
-from tcp.errors import UsageError
+from tcp.errors import UsageError, demand_exact, demand_whole
 from tcp.rules import Rules, unbalanced
 from tcp.travel import SAFE, CostRule, Ints, Kind, Model, Travel, describe
 from tcp.workpiece import Workpiece
@@ -64,6 +64,14 @@ class Ends:
     closed: bool = False
 
     def __post_init__(self) -> None:
+        for name in ("start", "end"):
+            if getattr(self, name) is not None:
+                demand_whole(f"{name} is the position of a hole; it", getattr(self, name))
+        if self.home is not None:
+            if len(self.home) != 2:
+                raise UsageError("a home position has two coordinates")
+            for value in self.home:
+                demand_exact("a coordinate of home", value)
         if self.closed and (self.end is not None or self.home is not None):
             raise UsageError("a closed route has no end and no home; drop --end and --home")
         if (self.outward or self.back) != (self.home is not None):
@@ -201,7 +209,10 @@ class Instance:
         if n > 1 and start is not None and start == end:
             raise UsageError("a route of several holes cannot start and end at the same hole")
         pairs = (*self.rules.forbidden, *self.rules.together)
+        if any(len(pair) != 2 for pair in pairs):
+            raise UsageError("a rule about a pair of holes needs two different holes")
         for hole in [h for h in (start, end) if h is not None] + [h for p in pairs for h in p]:
+            demand_whole("a rule names holes by position; it", hole)
             if not 0 <= hole < n:
                 raise UsageError(f"hole number {hole} is not in 0..{n - 1}")
         if any(i == j for i, j in pairs):

@@ -19,7 +19,7 @@ from typing import Any
 
 import numpy as np
 
-from tcp.errors import TcpError, UsageError
+from tcp.errors import TcpError, UsageError, demand_whole
 from tcp.instance import Instance
 from tcp.result import Outcome, Progress, Proof, Report, Result, Status, silent
 from tcp.stop import Clock, Stop, compiling_is_free
@@ -117,6 +117,8 @@ def solve(
     SolverError
         If the solver's answer does not hold.
     """
+    if not isinstance(stop, Stop | None):
+        raise UsageError(f"stop must be a Stop, such as Stop(time=10), not {stop!r}")
     name, why = solver, ""
     if solver == "auto":
         name, why = choose(instance, exact, certificate is not None)
@@ -293,6 +295,7 @@ def _options(solver: str) -> dict[str, inspect.Parameter]:
 
 
 def _check_call(name: str, instance: Instance, seed: int, options: Mapping[str, Any]) -> None:
+    demand_whole("the seed", seed)
     if seed < 0:
         raise UsageError(f"the seed must be 0 or more, not {seed}")
     check_options(name, options)

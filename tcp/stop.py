@@ -50,8 +50,8 @@ class Stop:
     def __post_init__(self) -> None:
         for name in ("time", "iterations", "gap"):
             value = getattr(self, name)
-            if value is not None and not value >= 0:
-                raise UsageError(f"the {name} limit must be 0 or more, not {value}")
+            if value is not None and not (isinstance(value, int | float | Fraction) and value >= 0):
+                raise UsageError(f"the {name} limit must be a number, 0 or more, not {value!r}")
 
 
 class Clock:

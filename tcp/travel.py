@@ -27,7 +27,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import IntEnum, StrEnum
 from fractions import Fraction
 from typing import Any
@@ -35,12 +35,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tcp.errors import UsageError
+from tcp.errors import UsageError, demand_exact
 
 Ints = NDArray[np.int64]
 
 SAFE = 2**62
 """Every intermediate of a cost stays below this."""
+
+WORTH_TRYING = range(-12, 31)
+"""Powers of ten that may be advised as quanta."""
 
 
 class Model(StrEnum):
@@ -185,8 +188,15 @@ class Travel:
     def __post_init__(self) -> None:
         for name in ("vx", "vy", "ax", "ay", "quantum"):
             value = getattr(self, name)
-            if value is not None and value <= 0:
+            if value is None and name not in ("vx", "vy"):
+                continue
+            demand_exact(name, value)
+            if value <= 0:
                 raise UsageError(f"{name} must be greater than 0, not {value}")
+        if self.model not in list(Model):
+            raise UsageError(
+                f"unknown travel model {self.model!r}; expected one of {', '.join(Model)}"
+            )
         if self.model is Model.TRAPEZOIDAL and (self.ax is None or self.ay is None):
             raise UsageError("trapezoidal travel needs the accelerations ax and ay")
         if self.axes not in (Model.SEQUENTIAL, Model.SIMULTANEOUS):
@@ -221,15 +231,29 @@ class Travel:
             If integers of 62 bits cannot hold the costs.
         """
         reach = (max(reach[0], 1), max(reach[1], 1))  # the factors of an axis at rest must fit, too
-        rule, peak = _BINDERS[self.model](self, step, reach)
-        if peak * 4 >= SAFE or _longest(rule, reach) * max(moves, 1) >= SAFE:
-            far = max(reach) * step
-            better = "smaller" if rule.quantum * min(self.vx, self.vy) > far else "larger"
+        rule, fits = self._bound(step, reach, moves)
+        if not fits:
             raise UsageError(
-                f"{self.model} travel over {float(far):g} mm in quanta of "
-                f"{float(rule.quantum):g} exceeds 62-bit integers; choose a {better} quantum"
+                f"{self.model} travel over {float(max(reach) * step):g} mm in quanta of "
+                f"{float(rule.quantum):g} exceeds 62-bit integers; "
+                f"{self._way_out(rule.quantum, step, reach, moves)}"
             )
         return rule
+
+    def _bound(self, step: Fraction, reach: tuple[int, int], moves: int) -> tuple[CostRule, bool]:
+        """The rule, and whether integers of 62 bits hold all costs and what leads to them."""
+        rule, peak = _BINDERS[self.model](self, step, reach)
+        return rule, peak * 4 < SAFE and _longest(rule, reach) * max(moves, 1) < SAFE
+
+    def _way_out(
+        self, quantum: Fraction, step: Fraction, reach: tuple[int, int], moves: int
+    ) -> str:
+        """What to do about costs that do not fit."""
+        for power in WORTH_TRYING:
+            other = Fraction(10) ** power
+            if replace(self, quantum=other)._bound(step, reach, moves)[1]:
+                return f"choose a {'larger' if other > quantum else 'smaller'} quantum"
+        return "take fewer decimals in coordinates and speeds"
 
 
 def _longest(rule: CostRule, reach: tuple[int, int]) -> int:

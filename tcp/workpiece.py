@@ -99,6 +99,9 @@ class Workpiece:
             if int(np.abs(array).max()) > MAX_STEPS:
                 raise InputError(f"{self.name}: a coordinate exceeds {MAX_STEPS} steps")
             array.setflags(write=False)
+        for name in ("diameters", "tools"):
+            if len(getattr(self, name)) not in (0, n):
+                raise InputError(f"{self.name}: expected {n} {name} or none")
         if self.matrix is not None:
             self._check_matrix(n)
 

@@ -530,3 +530,14 @@ def test_no_output_replaces_another(tmp_path):
 def test_a_missing_folder_is_seen_before_the_work(tmp_path):
     done = tcp("solve", "--out", tmp_path / "none" / "r.csv", DATA / "wp1.csv")
     assert done.exit_code == 7 and done.stdout == ""
+
+
+@pytest.mark.parametrize("wish", [("--out", "m.csv"), ("--plot", "m.svg")])
+def test_holes_without_places_are_not_drawn_or_listed(tmp_path, wish):
+    """Coordinates made up would be read back as another problem."""
+    matrix = tmp_path / "m.tsp"
+    head = "NAME: m\nTYPE: TSP\nDIMENSION: 3\nEDGE_WEIGHT_TYPE: EXPLICIT\n"
+    matrix.write_text(head + "EDGE_WEIGHT_FORMAT: UPPER_ROW\nEDGE_WEIGHT_SECTION\n1 2 3\nEOF\n")
+    done = tcp("solve", wish[0], tmp_path / wish[1], matrix)
+    assert done.exit_code == 2 and "no places; give --out NAME.tour" in done.stderr
+    assert tcp("solve", "--out", tmp_path / "m.tour", matrix).exit_code == 0

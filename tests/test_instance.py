@@ -13,6 +13,8 @@ from hypothesis import strategies as st
 from tcp import Ends, Instance, Model, Rules, Travel, Workpiece
 from tcp.errors import InputError, UsageError
 from tcp.result import decimal
+from tcp.solve import solve
+from tcp.stop import Stop
 from tcp.validate.route import faults
 from tcp.workpiece import INCH
 
@@ -163,6 +165,53 @@ def test_contradicting_ends_are_refused():
         Instance(SQUARE, ends=Ends(start=1, end=1))
     with pytest.raises(UsageError, match="not in"):
         Instance(SQUARE, ends=Ends(start=9))
+
+
+@pytest.mark.parametrize(
+    ("given", "words"),
+    [
+        ({"start": True}, "start is the position of a hole; it must be a whole number, not True"),
+        ({"end": "1"}, "end is the position"),
+        ({"home": (0.5, 0.1), "outward": True}, "a coordinate of home must be"),
+        ({"home": ("0", "0"), "back": True}, "a coordinate of home must be"),
+        ({"home": (0, 0, 0), "back": True}, "two coordinates"),
+    ],
+)
+def test_ends_of_another_type_are_refused(given, words):
+    with pytest.raises(UsageError, match=words):
+        Ends(**given)
+
+
+def test_holes_may_be_numpy_s_numbers():
+    assert solve(Instance(SQUARE, ends=Ends(start=np.int64(2))), "held-karp").route[0] == 2
+
+
+@pytest.mark.parametrize("pair", [("1", "2"), (0,), (0, 1, 2), (0, 1.0)])
+def test_rules_name_two_holes_by_position(pair):
+    with pytest.raises(UsageError, match=r"two different holes|by position"):
+        Instance(SQUARE, rules=Rules(forbidden=(pair,)))
+
+
+def test_a_matrix_has_zeros_on_its_diagonal():
+    with pytest.raises(InputError, match="from a hole to itself"):
+        Workpiece("one", ("a",), np.zeros(1, int), np.zeros(1, int), matrix=np.array([[5]]))
+
+
+@pytest.mark.parametrize("name", ["diameters", "tools"])
+def test_there_are_as_many_diameters_and_tools_as_holes(name):
+    with pytest.raises(InputError, match=f"expected 2 {name} or none"):
+        Workpiece.from_decimals("two", [("0", "0"), ("1", "0")], **{name: [None]})
+
+
+@pytest.mark.parametrize(
+    ("given", "words"),
+    [({"stop": 5}, "stop must be a Stop"), ({"seed": 1.5}, "the seed must be a whole number")],
+)
+def test_calls_of_another_type_are_refused(given, words):
+    with pytest.raises(UsageError, match=words):
+        solve(Instance(SQUARE), **given)
+    with pytest.raises(UsageError, match="time limit must be a number, 0 or more, not '5'"):
+        Stop(time="5")
 
 
 @settings(max_examples=100, deadline=None)

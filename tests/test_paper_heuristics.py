@@ -217,6 +217,7 @@ def test_limits_are_heard(solver, endless):
         ("pso", {"variant": "x"}),
         ("pso", {"w_end": -0.1}),
         ("acs", {"rho": 1.0}),
+        ("acs", {"np": 10**12}),
     ],
 )
 def test_parameters_out_of_range_are_refused(solver, wrong):

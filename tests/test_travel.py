@@ -142,13 +142,36 @@ def test_costs_beyond_62_bits_are_refused():
         Travel(quantum=Fraction(10**30)).rule(Fraction(1), (10**6, 10**6), 10)
 
 
+@pytest.mark.parametrize("quantum", [None, 1000, Fraction(1, 10**7)])
+def test_where_no_quantum_helps_none_is_advised(quantum):
+    travel = Travel(Model.EUCLIDEAN, quantum=quantum)
+    with pytest.raises(UsageError, match="take fewer decimals in coordinates and speeds"):
+        travel.rule(Fraction(1, 10**12), (7 * 10**12, 3 * 10**12), 3)
+
+
+@pytest.mark.parametrize(
+    ("given", "words"),
+    [
+        ({"vx": 2.5}, "vx must be a whole number or a Fraction, not 2.5"),
+        ({"vy": "2"}, "vy must be"),
+        ({"vx": None}, "vx must be"),
+        ({"vy": True}, "vy must be"),
+        ({"quantum": 0.1}, "quantum must be"),
+        ({"model": "fast"}, "unknown travel model 'fast'; expected one of sequential, "),
+    ],
+)
+def test_what_is_not_exact_is_no_travel(given, words):
+    with pytest.raises(UsageError, match=words):
+        Travel(**given)
+
+
 @pytest.mark.parametrize("model", [m for m in Model if m is not Model.EXPLICIT])
 @pytest.mark.parametrize("reach", [(0, 0), (0, 9)])
 def test_an_axis_at_rest_must_have_parameters_that_fit(model, reach):
     travel = Travel(
         model, vx=Fraction(1, 10**20), ax=Fraction(1), ay=Fraction(1), quantum=Fraction(1)
     )
-    with pytest.raises(UsageError, match="larger quantum"):
+    with pytest.raises(UsageError, match="exceeds 62-bit integers; take fewer decimals"):
         travel.rule(Fraction(1), reach, 10)
 
 

@@ -121,6 +121,13 @@ class Outputs:
         ]
         check_outputs([(path, ends) for path, ends in wishes if path is not None], files)
 
+    def fit(self, instance: Instance, path: Path) -> None:
+        """See that the holes have places where files are to show them."""
+        route, piece = self.route(path), instance.workpiece
+        shown = self.plot is not None or (route is not None and route.suffix.lower() == ".csv")
+        if shown and piece.matrix is not None and piece.nowhere:
+            raise UsageError(f"{path}: states travel times and no places; give --out NAME.tour")
+
     def __call__(self, result: Result, path: Path) -> None:
         """Print one result and write its files."""
         click.echo(json.dumps(result_data(result)) if self.as_json else summary(result))
@@ -213,7 +220,9 @@ def command(
         try:
             reading = problem.read(path)
             tell(path, reading.notes)
-            result = run(problem.instance(reading), outputs.proof(path), path)
+            instance = problem.instance(reading)
+            outputs.fit(instance, path)
+            result = run(instance, outputs.proof(path), path)
             outputs(result, path)
         except TcpError as error:
             worst = max(worst, complain(error))

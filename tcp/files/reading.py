@@ -59,5 +59,7 @@ def coincidence_note(workpiece: Workpiece) -> list[str]:
     if not groups:
         return []
     first = " and ".join(groups[0][:3])
+    if len(groups[0]) > 3:
+        first += f" and {len(groups[0]) - 3} more"
     places = "1 place" if len(groups) == 1 else f"{len(groups)} places"
     return [f"{places} with more than one hole (holes {first})"]

@@ -37,6 +37,9 @@ __all__ = ["refusal", "run"]
 
 Floats = NDArray[np.float64]
 
+ANTS = 10_000
+"""Most ants: the clock is looked at when all of them have their routes."""
+
 
 def run(
     instance: Instance,
@@ -57,7 +60,7 @@ def run(
     instance, rng, clock, report
         As in every solver.
     np : int
-        Ants, >= 1.
+        Ants, 1 to :data:`ANTS`.
     iterations : int
         Iterations, >= 0.
     beta : float
@@ -77,8 +80,10 @@ def run(
     UsageError
         For a parameter out of range.
     """
-    if np < 1 or iterations < 0 or beta < 0 or not 0 <= q0 <= 1 or not 0 < rho < 1:
-        raise UsageError("acs needs np >= 1, beta >= 0, q0 in [0, 1] and rho in (0, 1)")
+    if not 1 <= np <= ANTS or iterations < 0 or beta < 0 or not 0 <= q0 <= 1 or not 0 < rho < 1:
+        raise UsageError(
+            f"acs needs np from 1 to {ANTS}, beta >= 0, q0 in [0, 1] and rho in (0, 1)"
+        )
     problem = orders(instance)
     m = len(problem)
     if m <= TRIVIAL:
@@ -104,7 +109,8 @@ def _start(legs: Ints, beta: float) -> tuple[Ints, Ints, Floats, Floats, float]:
         best[k], left[here] = here, False
     cost = length(best, legs)
     tau0 = 1.0 / ((m + 1) * max(cost, 1))
-    visible = 1.0 / np.maximum(legs, 1).astype(np.float64) ** beta
+    with np.errstate(over="ignore"):  # a beta so large that only the nearest is visible
+        visible = 1.0 / np.maximum(legs, 1).astype(np.float64) ** beta
     for line in (visible[m], visible[:, m]):
         if line.min() == line.max():
             line[:] = 1.0
