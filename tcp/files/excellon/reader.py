@@ -293,8 +293,9 @@ class Reader(Routing):
 
     def _zero_set(self, words: dict[str, bytes]) -> None:
         values = [self.settings.value(words.get(axis, b"") or b"0.", self.at + 1) for axis in "XY"]
-        if any(values) and len(self.columns[0]):
+        if any(values + self.zero) and (self.open or len(self.columns[0])):
             self.refuse("G93 moves the zero point between hits; write both parts as files")
+        self.zero = values
         self._barrier()
 
     def _finish(self) -> Program:

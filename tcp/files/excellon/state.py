@@ -54,6 +54,7 @@ class State:
         self.compensated = False
         self.x: int | None = None
         self.y: int | None = None
+        self.zero = [0, 0]
         self.at = 0
         self.columns = tuple(array(code) for code in "biqqqqiiii")
         self.barrier = 0
