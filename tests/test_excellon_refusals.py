@@ -62,6 +62,7 @@ BAD = {
     "zero set back": (HEAD.encode() + b"G93X5Y5\nT1\nX1Y1\nG93X0Y0\nX2Y2\nM30\n", r":9: G93 moves"),
     "zero set, bare": (HEAD.encode() + b"G93X5Y5\nT1\nX1Y1\nG93\nX2Y2\nM30\n", r":9: G93 moves"),
     "zero set in a path": (HEAD.encode() + b"T1\nG00X1Y1\nM15\nG93X5Y5\n", r":9: G93 moves"),
+    "other diameter": (b"M48\nMETRIC\nT1C0.8\nT1F200\nT1C1.2\n%\nT1\nX1Y1\n", r":5: .*on line 3"),
     "gerber": (b"G04 x*\n%FSLAX24Y24*%\nM02*\n", "Gerber"),
     "hpgl": (b"IN;SP1;PU100,100;PD;\n", "HPGL"),
     "gcode": (b"G21\nG90\nG0 X1 Y1 Z5\nG1 Z-2\nM30\n", "G-code"),
@@ -87,6 +88,11 @@ def test_a_diameter_of_zero_is_one_that_nobody_knows():
     head = HEAD.replace("C0.3", "C0.000").encode()
     program = parse(head + b"T1\nX1Y1\nT2\nX2Y2\nM30\n")
     assert [tool.diameter for tool in program.tools.values()] == [None, Fraction(1, 2)]
+
+
+def test_a_line_with_other_words_of_a_tool_keeps_its_diameter():
+    program = parse(b"M48\nMETRIC,TZ\nT1C0.8\nT1F200S65\n%\nT1\nX1Y1\nM30\n")
+    assert program.tools[1].diameter == Fraction(4, 5)
 
 
 def test_missing_files_and_folders(tmp_path):

@@ -182,11 +182,11 @@ class State:
         self._take(number)
 
     def define(self, number: int, size: bytes) -> None:
-        """A tool definition with its diameter as written."""
+        """A tool definition with its diameter as written; one without keeps a known diameter."""
         tool = Tool(number, self.settings.length(size, self.at + 1), self.plated, self.at + 1)
         known = self.tools.get(number)
-        if known and known.line and known.diameter is not None and tool.diameter is not None:
-            if known.diameter != tool.diameter:
+        if known and known.line and known.diameter is not None:
+            if tool.diameter not in (None, known.diameter):
                 self.refuse(
                     f"T{number} is defined again with another diameter (first on line {known.line})"
                 )
