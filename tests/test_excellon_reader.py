@@ -242,6 +242,23 @@ def test_incremental_input():
     assert places(read("T1\nX1Y1\nX1Y1\n", HEAD.replace("M48", "M48\nICI,ON")))[1][1] == "0.002"
 
 
+@pytest.mark.parametrize(
+    ("line", "second"),
+    [("ICI", "2.0"), ("ICI, on", "2.0"), ("ici,off", "1.0"), ("G091", "2.0"), ("G 90", "1.0")],
+)
+def test_a_header_says_whether_input_is_incremental(line, second):
+    head = HEAD.replace("M48", f"M48\n{line}")
+    assert places(read("T1\nX1000Y1000\nX1000Y1000\n", head))[1][1] == second
+
+
+@pytest.mark.parametrize("line", ["ICI ON", "ICI,YES", "ICI,", "G91X5", "G05G91", "N5 G91"])
+def test_a_header_that_says_it_otherwise_is_refused(line):
+    with pytest.raises(
+        InputError, match=rf":2: '{line}' does not say whether input is incremental"
+    ):
+        read("T1\nX1Y1\n", HEAD.replace("M48", f"M48\n{line}"))
+
+
 def test_step_and_repeat_with_mirrors():
     body = "T1\nM25\nX1000Y2000\nX3000\nM01\nM02X10000\nM02Y5000M80\nM02X0Y0M70\nM08\nX0Y0\n"
     program = read(body)

@@ -16,6 +16,7 @@ _KNOWN = re.compile(
     r"(?:AFS|ATC|BLKD|CCW|CP|DETECT|DN|DTMDIST|EXDA|FMAT|FSB|HBCK|HPCK|ICI|NCSL|OM48|OSTOP|OTCLMP|"
     r"PCKPARAM|PF|PLTMODE|R,|RC?T?,|RSB|SBK|SG|SIXM|TCST|TP|UP|VER|Z[A,C]|(?:XY|YX|/)$|M\d+,|%)"
 )
+_INPUT = re.compile(r"ICI|(?:[GMN]\d++[ \t]*+)*G[ \t]*+0*+9[01](?!\d)", re.I)
 _TOOL = re.compile(r"T\d++(?:[A-Z][+-]?[\d.]*+)*+$")
 _WORD = re.compile(r"([A-Z])([+-]?[\d.]*)")
 _HOLESIZE = re.compile(
@@ -40,10 +41,8 @@ def header_line(reader: State, line: str, strict: bool = False) -> None:
         reader.select([(letter, text.encode()) for letter, text in _WORD.findall(line)])
     elif reader.settings.unit_line(line, reader.at + 1):
         pass
-    elif line.startswith("ICI"):
-        reader.incremental = line.replace(" ", "") in ("ICI", "ICI,ON")
-    elif line in ("G90", "G91"):
-        reader.incremental = line == "G91"
+    elif _INPUT.match(line):
+        reader.incremental = _incremental(reader, line)
     elif line.startswith("FMAT"):
         reader.format_1 = line.endswith("1")
     elif not strict and re.match(r"[XYR]?[XY][+-]?\d", line):
@@ -52,6 +51,15 @@ def header_line(reader: State, line: str, strict: bool = False) -> None:
         if strict:
             reader.refuse(f"{shown(line)} is not understood; expected an Excellon command")
         reader.note(f"the header line {shown(line)} is not known; it is kept as it is")
+
+
+def _incremental(reader: State, line: str) -> bool:
+    """Whether a line about incremental input (ICI, G90, G91) turns it on."""
+    word = re.sub(r"^G0+", "G", "".join(line.upper().split()))
+    if word not in ("ICI", "ICI,ON", "ICI,OFF", "G90", "G91"):
+        expected = "expected ICI,ON, ICI,OFF, G90 or G91 alone on its line"
+        reader.refuse(f"{shown(line)} does not say whether input is incremental; {expected}")
+    return word in ("ICI", "ICI,ON", "G91")
 
 
 def note_comment(reader: State, text: str) -> None:
