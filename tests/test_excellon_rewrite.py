@@ -299,6 +299,15 @@ def test_the_guard_lets_pass_what_is_the_same_work():
     spoiled(b"; end", b"; fin", text="free")
 
 
+def test_comments_of_turned_repeats_stay():
+    data = (
+        b"M48\nMETRIC\nT1C1.\n%\nT1\nX5.Y1. ; at X5\nR4X-1.Y2.;pitch X1.0 Y-2 ; Y3\nX9.Y9.\nM30\n"
+    )
+    order = Order.of([Turn(1), Turn(0, True)])
+    written = reorder(parse(data), {0: order})
+    assert b"\nX1.Y9. ; at X5\nR4X1.Y-2.;pitch X1.0 Y-2 ; Y3\nM30\n" in written
+
+
 class Broken(Writer):
     """A writer with a bug of choice."""
 

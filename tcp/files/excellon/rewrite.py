@@ -250,7 +250,7 @@ class Writer:
         if kind == Kind.HIT:
             lines[0] = self._placed(lines[0], row, self._last(row))
             places = [r.line - first for r in self.program.repeats.get(row, ())]
-            turned = [_SIGNED.sub(_negated, lines[at]) for at in places]
+            turned = [_backwards(lines[at]) for at in places]
             for at, line in zip(places, reversed(turned), strict=True):
                 lines[at] = line[: len(line) - len(ending(line))] + ending(lines[at])
             return b"".join(lines)
@@ -262,6 +262,12 @@ class Writer:
         lines[start] = AXES.sub(end, lines[start], count=1)
         lines[stop] = AXES.sub(begin, lines[stop], count=1)
         return b"".join(lines)
+
+
+def _backwards(line: bytes) -> bytes:
+    """A line of repeats with its step the other way; its comment stays."""
+    words, semicolon, comment = line.partition(b";")
+    return _SIGNED.sub(_negated, words) + semicolon + comment
 
 
 def _negated(found: re.Match[bytes]) -> bytes:
