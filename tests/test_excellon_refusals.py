@@ -45,7 +45,7 @@ BAD = {
     "plunge": (HEAD.encode() + b"T1\nX1Y1\nM15\nM30\n", r":8: M15 plunges"),
     "repeat": (HEAD.encode() + b"T1\nR2X1\nM30\n", r":7: R repeats a hit"),
     "repeat count": (HEAD.encode() + b"T1\nX1Y1\nR0X1\nM30\n", r":8: R needs a count"),
-    "too many": (HEAD.encode() + b"T1\nM25\nX1Y1\nR9999X1\nM01\nR9999M02X1\nM30\n", "100,000,000"),
+    "too many": (HEAD.encode() + b"T1\nM25\nX1Y1\nR9999X1\nM01\nR9999M02X1\nM30\n", r":11: .*100,"),
     "pattern": (HEAD.encode() + b"T1\nM25\nX1Y1\nM30\n", r":7: the pattern that begins here"),
     "slot without a start": (HEAD.encode() + b"T1\nX1Y1\nG85X5\nM30\n", r":8: G85 without"),
     "copy": (HEAD.encode() + b"T1\nX1Y1\nM02X5\nM30\n", r":8: M02 repeats a pattern"),
@@ -124,6 +124,17 @@ def test_a_line_without_end_is_refused_before_it_is_read():
 def test_notes_on_single_lines_are_few():
     notes = parse(b"M48\n" + b"NONE,1\n" * 500 + b"METRIC,TZ\nT1C1.\n%\nT1\nX1Y1\nM30\n").notes
     assert len(notes) == 21 and notes[-1] == "and 480 more lines like these"
+
+
+@pytest.mark.parametrize(
+    ("repeats", "line"),
+    [("R999999M02X1\nM08\n" * 9, 30), ("M08\nX1Y1\n" + "R1000000X1\n" * 30, 51)],
+)
+def test_repeats_that_ask_for_more_than_memory_are_refused_on_their_line(repeats, line):
+    """Copies were built first, and counted at the end."""
+    block = "M25\n" + "X1Y1\n" * 21 + "M01\n"
+    with pytest.raises(InputError, match=rf":{line}: the file makes 2.,\d+,\d+ holes up to here"):
+        parse(f"{HEAD}T1\n{block}{repeats}".encode(), "f.drl")
 
 
 LONG = "\x81\\'\t" * 2000

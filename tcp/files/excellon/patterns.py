@@ -27,8 +27,7 @@ class Patterns(State):
     def _repeat(self, words: Words) -> None:
         found = dict(words)
         if [letter for letter, _ in words[1:3]][:1] == ["M"]:
-            for _ in range(self._count(words)):
-                self._pattern_code(2, words[2:])
+            self._pattern_code(2, words[2:], self._count(words))
             return
         row = len(self.columns[0]) - 1
         last_hit = row >= 0 and self.columns[0][row] == Kind.HIT
@@ -40,6 +39,7 @@ class Patterns(State):
         dx = self.settings.value(found["X"], line) if "X" in found else 0
         dy = self.settings.value(found["Y"], line) if "Y" in found else 0
         count = self._count(words)
+        self._multiply(count)
         self.repeats.setdefault(row, []).append(Repeat(count, dx, dy, self.at))
         assert self.x is not None and self.y is not None
         self.x, self.y = self.x + count * dx, self.y + count * dy
@@ -53,7 +53,7 @@ class Patterns(State):
             self.refuse("R needs a count from 1 to 1,000,000")
         return int(text)
 
-    def _pattern_code(self, code: int, rest: Words) -> None:
+    def _pattern_code(self, code: int, rest: Words, times: int = 1) -> None:
         self._flush_open()
         self._barrier()
         self.pattern_codes += 1
@@ -67,19 +67,21 @@ class Patterns(State):
             self.pattern_named = True
             self.pattern_codes, self.pattern_enter = 1, self.barrier - 1
             self.pattern_from, self.pattern_line = here, self.at
+            self.before_pattern = self.holes
             self.pattern = None
         elif code == 1:
             if self.pattern_from is None:
                 self.refuse(f"{self._m(1)} ends a pattern, but no M25 begins one")
             assert self.pattern_from is not None
             self.pattern, self.pattern_from = (self.pattern_from, here), None
+            self.in_pattern = self.holes - self.before_pattern
         elif code == 8:
             if self.pattern_from is not None:
                 ends, missing = self._m(8), self._m(1)
                 self.refuse(f"{ends} ends step and repeat, but the pattern's {missing} is missing")
             self._close_pattern(by_name=True)
         elif rest:
-            self._copy(rest)
+            self._copy(rest, times)
         elif self.pattern is None:
             self._incomplete()
 
@@ -91,7 +93,7 @@ class Patterns(State):
         copies, before = self._m(2), f"M25 ... {self._m(1)}"
         self.refuse(f"{copies} repeats a pattern, but none is complete; expected {before} before")
 
-    def _copy(self, rest: Words) -> None:
+    def _copy(self, rest: Words, times: int) -> None:
         if self.pattern is None:
             self._incomplete()
         shift = {letter: text for letter, text in rest if letter in "XY" and text}
@@ -104,7 +106,10 @@ class Patterns(State):
         line = self.at + 1
         before = self.copies[-1] if self.copies else Copy(0, 0)
         dx, dy = (self.settings.value(shift[a], line) if a in shift else 0 for a in "XY")
-        self.copies.append(
-            Copy(before.dx + dx, before.dy + dy, 70 in codes, 80 in codes, 90 in codes)
-        )
+        self._multiply(times * self.in_pattern)
+        turned = (70 in codes, 80 in codes, 90 in codes)
+        if self.in_pattern:  # copies of nothing are nothing
+            self.copies += [
+                Copy(before.dx + n * dx, before.dy + n * dy, *turned) for n in range(1, times + 1)
+            ]
         self.x = self.y = None

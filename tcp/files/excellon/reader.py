@@ -48,9 +48,6 @@ _WORDS = re.compile(rb"(?:[A-Z][ \t]*+(?:" + NUMBER + rb")?[ \t]*+)++$")
 _WORD = re.compile(rb"([A-Z])[ \t]*+(" + NUMBER + rb")?")
 _TEXT = re.compile(rb"M(45|47|97|98),?(.*)$", re.S)
 
-MOST = 20_000_000
-"""Most holes of a file, repeats and copies expanded; a few lines could ask for more than memory."""
-
 NOTES = 20
 """Most notes on single lines; that there are more is one note."""
 
@@ -310,6 +307,7 @@ class Reader(Routing):
         if self.pattern_from is not None:
             self._unended()
         self._close_pattern()
+        self._multiply(0)
         if not len(self.columns[0]):
             raise InputError("holds no coordinates; expected holes to drill", self.path)
         settings = self.settings
@@ -337,9 +335,6 @@ class Reader(Routing):
             selections=tuple(self.selections),
             notes=tuple(self.notes[:NOTES]),
         )
-        holes = int(program.times().sum())
-        if holes > MOST:
-            raise InputError(f"repeats make {holes:,} holes of it; at most {MOST:,}", self.path)
         more = [f"and {n:,} more lines like these"] if (n := len(self.notes) - NOTES) > 0 else []
         return replace(program, notes=(*program.notes, *more, *self._miscounts(program)))
 

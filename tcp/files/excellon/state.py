@@ -31,6 +31,9 @@ from tcp.words import listed
 NUMBER = rb"[+-]?(?:\d++(?:\.\d*+)?|\.\d++)"
 """Digits with an optional point and sign; possessive, so that no line takes quadratic time."""
 
+MOST = 20_000_000
+"""Most holes of a file, repeats and copies expanded; a few lines could ask for more than memory."""
+
 DRILL, ROUT = 0, 1
 
 Words = list[tuple[str, bytes]]
@@ -72,6 +75,8 @@ class State:
         self.pattern_line = 0
         self.pattern_named = False
         self.pattern: tuple[int, int] | None = None
+        self.further = 0  # holes that repeats and copies have made
+        self.before_pattern = self.in_pattern = 0
         self.pattern_codes = self.pattern_enter = 0
         self.gates: list[tuple[int, int, bool]] = []
         self.copies: list[Copy] = []
@@ -83,6 +88,17 @@ class State:
     def note(self, message: str) -> None:
         """Say something about the current line."""
         self.notes.append(f"line {self.at + 1}: {message}")
+
+    @property
+    def holes(self) -> int:
+        """Holes so far, repeats and copies expanded."""
+        return len(self.columns[0]) + self.further
+
+    def _multiply(self, further: int) -> None:
+        """Count holes that repeats and copies make, before anything is built of them."""
+        self.further += further
+        if self.holes > MOST:
+            self.refuse(f"the file makes {self.holes:,} holes up to here; at most {MOST:,}")
 
     def _barrier(self) -> None:
         """No unit may move across this line."""
@@ -126,6 +142,7 @@ class State:
         if self.pattern is not None and self.pattern_from is None:
             self._close_pattern()
             self.pattern_from, self.pattern_line = len(self.columns[0]), self.at
+            self.before_pattern = self.holes
             self.pattern_named = False
         if self.incremental:
             mark |= Mark.INCREMENTAL
