@@ -63,6 +63,20 @@ BAD = {
     "zero set, bare": (HEAD.encode() + b"G93X5Y5\nT1\nX1Y1\nG93\nX2Y2\nM30\n", r":9: G93 moves"),
     "zero set in a path": (HEAD.encode() + b"T1\nG00X1Y1\nM15\nG93X5Y5\n", r":9: G93 moves"),
     "other diameter": (b"M48\nMETRIC\nT1C0.8\nT1F200\nT1C1.2\n%\nT1\nX1Y1\n", r":5: .*on line 3"),
+    "two diameters": (b"M48\nMETRIC\nT1C0.8C0.9\n%\nT1\nX1Y1\n", r":3: T1 has several diameters"),
+    "other units in KiCad's words": (
+        b"M48\n; FORMAT={-:-/ absolute / inch / decimal}\nMETRIC\n",
+        r":3: states units mm, but line 2 says inch",
+    ),
+    "a format of 24 digits": (b"M48\n;FILE_FORMAT=4:22\nINCH\n", r":2: states .* but 4:22 is no"),
+    "the same in KiCad's words": (
+        b"M48\n; FORMAT={3:33/ absolute / metric / keep zeros}\n",
+        r":2: states .* but 3:33 is no",
+    ),
+    "the same in Siemens' words": (
+        b"M48\n; Format  : 2.44 / Absolute / Inch / Trailing\n",
+        r":2: states .* but 2:44 is no",
+    ),
     "gerber": (b"G04 x*\n%FSLAX24Y24*%\nM02*\n", "Gerber"),
     "hpgl": (b"IN;SP1;PU100,100;PD;\n", "HPGL"),
     "gcode": (b"G21\nG90\nG0 X1 Y1 Z5\nG1 Z-2\nM30\n", "G-code"),

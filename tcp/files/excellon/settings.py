@@ -284,16 +284,17 @@ class Settings:
 
     def comment(self, text: str, line: int) -> None:
         """Formats stated in comments by Altium, P-CAD, EasyEDA, Eagle, KiCad and Siemens."""
-        found = re.match(r";\s*FILE_FORMAT\s*=\s*(\d[:.]\d)", text)
+        found = re.match(r";\s*FILE_FORMAT\s*=\s*(\d[^\s;,]*)", text)
         if found:
             self._state_format(found[1], line)
-        found = re.match(r";\s*FORMAT=\{(\d:\d)\s*/[^/]*/\s*(inch|metric)\s*/([^}]*)", text)
+        found = re.match(r";\s*FORMAT=\{(-:-|\d+:\d+)\s*/[^/]*/\s*(inch|metric)\s*/([^}]*)", text)
         if found:
-            self._state_format(found[1], line)
+            if found[1] != "-:-":  # numbers carry a point
+                self._state_format(found[1], line)
             self.state_units(Units.INCH if found[2] == "inch" else Units.MM, line)
             if "suppress" in found[3]:
                 self.state_zeros(Zeros.TZ if "lead" in found[3] else Zeros.LZ, line)
-        found = re.match(r";\s*Format\s*:\s*(\d\.\d)\s*/\s*\w+\s*/\s*(Inch|MM)", text)
+        found = re.match(r";\s*Format\s*:\s*(\d+\.\d+)\s*/\s*\w+\s*/\s*(Inch|MM)", text)
         if found:
             self._state_format(found[1], line)
             self.state_units(Units.INCH if found[2] == "Inch" else Units.MM, line)

@@ -179,6 +179,8 @@ class State:
         if number < 0:
             self.refuse("T without a tool number")
         sizes = [text for letter, text in words[1:] if letter == "C"]
+        if len(sizes) > 1:
+            self.refuse(f"T{number} has several diameters on its line; expected one C")
         unknown = [letter for letter, _ in words[1:] if letter not in "CFSHBZIUVO"]
         if unknown:
             self.refuse(f"{unknown[0]!r} in a tool line is not understood; expected C, F or S")
