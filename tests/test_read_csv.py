@@ -90,6 +90,12 @@ def test_ids_are_row_numbers_where_there_are_none(tmp_path):
         ('X ("),Y [inch]\n1,0.5\n', {}),
         ("x (inches),y (in)\n1,0.5\n", {}),
         ("# Units = inch\n1,0.5\n", {}),
+        ("x,y\n# units: inch\n1,0.5\n", {}),
+        ("1,0.5\n# units: inch,\n", {}),
+        ("# units: in\nx_in,y\n1,0.5\n# Unit: inches\n", {}),
+        ("1,0.5\n# x_in,y_in\n3,4\n", {}),
+        ("# x_in,y_in,,\n1,0.5,,\n", {}),
+        ("# x_in,y_in\nx,y\n1,0.5\n", {}),
         ("1,0.5\n", {"units": "inch"}),
         ("x_inch,y\n1,0.5\n", {"units": "inch"}),
         ("x,y,units\n1,0.5,inch\n2,3,IN\n", {}),
@@ -101,6 +107,28 @@ def test_ids_are_row_numbers_where_there_are_none(tmp_path):
 def test_inches_are_exact(tmp_path, text, options):
     piece = reading(tmp_path, text, **options).workpiece
     assert piece.hole(0).x == Fraction(254, 10) and piece.hole(0).y == Fraction(127, 10)
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("# units: inch\n# units: mm\nx,y\n1,2\n", "2: units are mm here, but inch in line 1"),
+        ("# units: inch\nx,y\n1,2\n# units: mm\n", "4: units are mm here, but inch in line 1"),
+        ("# x_in,y_in\n# x_mm,y_mm\n1,2\n", "2: units are mm here, but inch in line 1"),
+        ("x_mm,y_mm\n# units: inch\n1,2\n", "1: .* contradict"),
+        ("x,y\n# units: inch (was mm)\n1,2\n", "2: units 'inch .was mm.'; expected mm or inch"),
+        ("1,2\n# y,x\n3,4\n", "2: this comment names other columns"),
+        ("x,y,dia\n# x,y,dia_in\n3,4,1\n", "2: the diameters are in inch; expected x and y"),
+    ],
+)
+def test_comments_about_units_that_contradict_are_refused(tmp_path, text, said):
+    with pytest.raises(InputError, match=f"csv:{said}"):
+        reading(tmp_path, text)
+
+
+def test_a_comment_below_the_header_contradicts_the_flag(tmp_path):
+    with pytest.raises(InputError, match="contradict each other"):
+        reading(tmp_path, "x,y\n# units: inch\n1,2\n", units="mm")
 
 
 def test_diameters_and_tools(tmp_path):

@@ -20,10 +20,10 @@ from tcp.files.layout import (
     LENGTHS,
     Layout,
     agreed_unit,
+    comments_unit,
     layout_notes,
     layout_of,
     split,
-    unit_comment,
     unit_word,
 )
 from tcp.files.numbers import Decimals, TooFine, common_steps
@@ -52,7 +52,7 @@ def read(path: str | Path, *, units: str | None = None) -> Reading:
     lines = read_lines(path)
     number, first = _first_row(lines, path)
     layout = _layout(first, path, number, lines[: number - 1])
-    comment = unit_comment(lines, path)
+    comment = comments_unit(lines, layout, path)
     table = _Table(layout, path)
     table.fill(lines, number if layout.header else number - 1)
     unit = agreed_unit(layout, (comment, *table.units, units), path, number)

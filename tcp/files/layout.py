@@ -26,7 +26,7 @@ LENGTHS = ("x", "y", "diameter")
 """Columns that are lengths."""
 
 _HEADING = re.compile(r"(?P<name>.*?)\s*(?:[(\[](?P<unit>[^)\]]*)[)\]]|[ _](?P<word>mm|inch|in))?")
-_UNITS_COMMENT = re.compile(r"#\s*units?\s*[:=]\s*(\w+)\s*", re.IGNORECASE)
+_UNITS_COMMENT = re.compile(r"#\s*units?\s*[:=]\s*(.*)", re.IGNORECASE)
 
 
 @dataclass(frozen=True)
@@ -65,21 +65,27 @@ def layout_of(row: str, path: Path, line: int, comments: Sequence[str] = ()) -> 
     if any(_is_number(cell, delimiter) for cell in cells):
         while len(cells) > 2 and not cells[-1]:
             cells = cells[:-1]
-        for number, names in _commented(comments, delimiter, len(cells)):
+        for number, names in _name_columns(comments, delimiter, len(cells)):
             return replace(_namedlayout_of(delimiter, names, path, number), header=False)
         return _barelayout_of(delimiter, cells, path, line)
     return _namedlayout_of(delimiter, cells, path, line)
 
 
-def _commented(
-    comments: Sequence[str], delimiter: str | None, width: int
+def _name_columns(
+    lines: Sequence[str], delimiter: str | None, width: int
 ) -> Iterator[tuple[int, list[str]]]:
     """Line and cells of comments that name x, y and so many columns; ``#`` may be one of them."""
-    for number, comment in enumerate(comments, 1):
-        for text in (comment, comment.lstrip().removeprefix("#")):
+    for number, line in enumerate(lines, 1):
+        comment = line.lstrip()
+        if not comment.startswith("#"):
+            continue
+        for text in (comment, comment.removeprefix("#")):
             cells = [cell.strip() for cell in text.split(delimiter)]
+            while len(cells) > width and not cells[-1]:
+                cells.pop()
             if len(cells) == width and {"x", "y"} <= {_heading(cell)[0] for cell in cells}:
                 yield number, cells
+                break
 
 
 def _barelayout_of(delimiter: str | None, cells: list[str], path: Path, line: int) -> Layout:
@@ -134,16 +140,45 @@ def _heading(cell: str) -> tuple[str | None, str | None]:
     return _COLUMNS.get(name), unit.strip() if unit is not None else None
 
 
-def unit_comment(lines: Sequence[str], path: Path) -> str | None:
-    """The unit that a comment before the first row states."""
+def comments_unit(lines: Sequence[str], layout: Layout, path: Path) -> str | None:
+    """The one unit that comments state, wherever they stand; None if they state none.
+
+    Raises
+    ------
+    InputError
+        If they contradict each other, or name other columns than are read.
+    """
+    stated = sorted((*_unit_comments(lines, path), *_heading_comments(lines, layout, path)))
+    for number, unit in stated:
+        first, expected = stated[0]
+        if unit != expected:
+            message = f"units are {unit} here, but {expected} in line {first}; expected one"
+            raise InputError(message, path, number)
+    return stated[0][1] if stated else None
+
+
+def _unit_comments(lines: Sequence[str], path: Path) -> Iterator[tuple[int, str]]:
+    """Line and unit of comments such as ``# units: inch``."""
     for number, line in enumerate(lines, 1):
         text = line.strip()
-        if text and not text.startswith("#"):
-            return None
-        match = _UNITS_COMMENT.fullmatch(text)
-        if match:
-            return unit_word(match[1], path, number)
-    return None
+        if text.startswith("#") and (match := _UNITS_COMMENT.fullmatch(text.rstrip(",;\t "))):
+            yield number, unit_word(match[1], path, number)
+
+
+def _heading_comments(
+    lines: Sequence[str], layout: Layout, path: Path
+) -> Iterator[tuple[int, str]]:
+    """Line and unit of comments such as ``# x_in,y_in``, of which one may be the header."""
+    for number, cells in _name_columns(lines, layout.delimiter, layout.width):
+        named = _namedlayout_of(layout.delimiter, cells, path, number)
+        if not layout.header and named.columns != layout.columns:
+            message = "this comment names other columns than are read; expected one header, on top"
+            raise InputError(message, path, number)
+        if named.diameters_unit not in (None, named.unit, layout.diameters_unit):
+            message = f"the diameters are in {named.diameters_unit}; expected x and y stated too"
+            raise InputError(message, path, number)
+        if named.unit is not None:
+            yield number, named.unit
 
 
 def unit_word(text: str, path: Path, line: int) -> str:
