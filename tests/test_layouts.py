@@ -127,6 +127,34 @@ def test_dxf_units_that_no_workpiece_has(tmp_path):
             files.read(path, units=units)
 
 
+BARE = "0\nSECTION\n2\nENTITIES\n0\nCIRCLE\n8\n0\n10\n1.0\n20\n2.0\n40\n0.5\n0\nENDSEC\n0\nEOF\n"
+
+
+def test_a_drawing_without_a_header_states_no_units(tmp_path):
+    pytest.importorskip("ezdxf", reason="ezdxf is not installed (tcp-drill[dxf])")
+    path = tmp_path / "b.dxf"
+    for text in (BARE, f"999\n$INSUNITS\n{BARE}"):
+        path.write_text(text)
+        with pytest.raises(InputError, match="does not state its units"):
+            files.read(path)
+        for units, x in (("mm", 1), ("inch", Fraction(254, 10))):
+            assert files.read(path, units=units).workpiece.hole(0).x == x
+
+
+@pytest.mark.parametrize("version", ["R12", "R2000", "R2018"])
+def test_binary_drawings_state_their_units_too(tmp_path, version):
+    ezdxf = pytest.importorskip("ezdxf", reason="ezdxf is not installed (tcp-drill[dxf])")
+    path = tmp_path / "b.dxf"
+    drawing = ezdxf.new(version, units=5)
+    drawing.modelspace().add_circle((1, 2), 0.25)
+    drawing.saveas(path, fmt="bin")
+    if version == "R12":  # which has no such variable
+        with pytest.raises(InputError, match="does not state its units"):
+            files.read(path)
+    else:
+        assert files.read(path).workpiece.hole(0).x == 10
+
+
 @pytest.mark.parametrize("number", ["nan", "inf", "1e300"])
 def test_a_circle_that_lies_nowhere_is_refused(tmp_path, number):
     pytest.importorskip("ezdxf", reason="ezdxf is not installed (tcp-drill[dxf])")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
@@ -10,6 +11,7 @@ from typing import Any
 from tcp.errors import InputError, UsageError, system_reason
 from tcp.files.layered import STEP, Drill, reading
 from tcp.files.reading import Reading
+from tcp.files.text import read_bounded
 from tcp.words import counted
 
 MM = {
@@ -26,6 +28,9 @@ MM = {
     14: Fraction(100),  # decimetres
 }
 """Millimetres to the unit, by ``$INSUNITS``; 0 states none."""
+
+_STATES_UNITS = re.compile(rb"\b9\s+\$INSUNITS\b|\t\0?\$INSUNITS\0")
+"""Group 9 names a variable of the header, in text or in a binary drawing."""
 
 
 def read(path: Path, *, units: str | None = None, tool: str | int | None = None) -> Reading:
@@ -54,7 +59,8 @@ def read(path: Path, *, units: str | None = None, tool: str | int | None = None)
     except Exception as error:  # ezdxf's parser raises whatever it stumbles over
         reason = " ".join(str(error).split())[:200] or "it may be cut off"
         raise InputError(f"is no DXF drawing: {reason}", path) from None
-    code = drawing.header.get("$INSUNITS", 0)
+    # Where there is no header, ezdxf makes one up, in metres.
+    code = drawing.header.get("$INSUNITS", 0) if _STATES_UNITS.search(read_bounded(path)) else 0
     stated = MM.get(code)
     asked = None if units is None else MM[1 if units == "inch" else 4]
     if stated is None and code != 0:
