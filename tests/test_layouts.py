@@ -35,6 +35,9 @@ def test_kicad_pads_and_vias(tmp_path):
         files.read(path, tool="T9")
 
 
+PAD = '(kicad_pcb (footprint "x" (at 1 1)\n (pad "1" thru_hole circle {})))'
+
+
 @pytest.mark.parametrize(
     ("text", "said"),
     [
@@ -42,8 +45,17 @@ def test_kicad_pads_and_vias(tmp_path):
         ("(kicad_pcb))", r":1: closes more"),
         ("(kicad_sch)", "no KiCad board"),
         ("(kicad_pcb)", "no drilled hole"),
-        ("(kicad_pcb (via (at 1) (drill 1)))", "not understood"),
-        ("(kicad_pcb (via (at 1 x) (drill 1)))", "not understood"),
+        ("(kicad_pcb\n (via (at 1) (drill 1)))", r":2: a via .* no place; expected \(at X Y\)"),
+        ("(kicad_pcb (via (at 1 x) (drill 1)))", "a via is not understood: 'x'"),
+        ("(kicad_pcb (via (at) (drill 1)))", "the via has no place"),
+        ("(kicad_pcb (via (at (1) 2) (drill 1)))", "the via has no place"),
+        ("(kicad_pcb (via (size 1) (drill 0.3)))", "the via has no place"),
+        ("(kicad_pcb (via (at 1 2) (drill)))", r"no size; expected \(drill D\)"),
+        ("(kicad_pcb (via (at 1 2) (drill (1))))", r"no size; expected \(drill D\)"),
+        (PAD.format("(drill 0.3)"), ":2: a pad .* the pad has no place"),
+        (PAD.format("(at 1 2) (drill oval)"), ":2: a pad .* no size; .* oval W H"),
+        (PAD.replace("(at 1 1)", "").format("(at 1 2) (drill 1)"), "the footprint has no place"),
+        (PAD.format("(at 1 2) (drill (offset 1 0))"), "no drilled hole"),
         ("(kicad_pcb (via (at 0 2444444444444) (drill 0.4)))", "beyond any workpiece"),
         ("(" * 1000, "no S-expression"),
         ("", "the file is empty"),

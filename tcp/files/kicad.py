@@ -13,6 +13,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterator
+from contextlib import contextmanager
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
@@ -27,7 +28,12 @@ from tcp.workpiece import exact_decimal
 _TOKEN = re.compile(r'\s*(?:([()])|"((?:[^"\\]|\\.)*)"|([^\s()"]+))')
 DEEPEST = 200
 
-Node = list[Any]
+
+class Node(list[Any]):
+    """A list of the file: its name, its words and the lists in it."""
+
+    line = 1
+    """Where it opens."""
 
 
 def read(path: Path, *, units: str | None = None, tool: str | int | None = None) -> Reading:
@@ -49,10 +55,7 @@ def read(path: Path, *, units: str | None = None, tool: str | int | None = None)
     board = _parse(text, path)
     if not board or board[0] != "kicad_pcb":
         raise InputError("is no KiCad board; expected (kicad_pcb ...)", path)
-    try:
-        found = list(_drills(board))
-    except (TcpError, IndexError, TypeError, ValueError) as error:
-        raise InputError(f"a pad or via is not understood: {error}", path) from None
+    found = list(_drills(board, path))
     slots = sum(oval for _, oval in found)
     notes = [f"{counted(slots, 'oval hole')} taken by the centre"] if slots else []
     return reading(path, [drill for drill, _ in found], tool, notes)
@@ -60,62 +63,109 @@ def read(path: Path, *, units: str | None = None, tool: str | int | None = None)
 
 def _parse(text: str, path: Path) -> Node:
     """The file's one list, nested."""
-    stack: list[Node] = [[]]
-    at, size = 0, len(text.rstrip())
+    stack = [Node()]
+    at, line, size = 0, 1, len(text.rstrip())
     while at < size:
         found = _TOKEN.match(text, at)
         if found is None or len(stack) > DEEPEST:
-            raise InputError("is no S-expression", path, text.count("\n", 0, at) + 1)
+            raise InputError("is no S-expression", path, line)
+        line += text.count("\n", at, found.end())
         at = found.end()
         if found[1] == "(":
-            stack.append([])
+            stack.append(Node())
+            stack[-1].line = line
         elif found[1] == ")":
             done = stack.pop()
             if not stack:
-                raise InputError("closes more than it opens", path, text.count("\n", 0, at) + 1)
+                raise InputError("closes more than it opens", path, line)
             stack[-1].append(done)
         else:
             stack[-1].append(found[3] if found[2] is None else found[2])
     if len(stack) != 1:
         raise InputError("is cut off: a bracket is not closed", path)
     board = stack[0][0]
-    if len(stack[0]) != 1 or not isinstance(board, list):
+    if len(stack[0]) != 1 or not isinstance(board, Node):
         raise InputError("is no KiCad board; expected one list (kicad_pcb ...)", path)
     return board
 
 
 def _children(node: Node, name: str) -> Iterator[Node]:
-    return (child for child in node if isinstance(child, list) and child and child[0] == name)
+    return (child for child in node if isinstance(child, Node) and child and child[0] == name)
 
 
 def _child(node: Node, name: str) -> Node | None:
     return next(_children(node, name), None)
 
 
-def _drills(board: Node) -> Iterator[tuple[Drill, bool]]:
+def _words(node: Node | None) -> list[str]:
+    """What a list says after its name, without the lists in it."""
+    return [word for word in (node or [])[1:] if isinstance(word, str)]
+
+
+def _drills(board: Node, path: Path) -> Iterator[tuple[Drill, bool]]:
     """Every drilled hole, and whether it is oval."""
     usual = _via_drills(board)
     for via in _children(board, "via"):
-        at, drill, net = _child(via, "at"), _child(via, "drill"), _child(via, "net")
-        if at is None:
-            continue
-        size = drill[1] if drill and _mm(drill[1]) else usual.get(str(net[1]) if net else "")
-        if size is None:
-            raise InputError(f"the via at {at[1]} {at[2]} has no drill, nor has its net class")
-        yield Drill(_nm(at[1]), -_nm(at[2]), _diameter(size), _depth(via)), False
+        with _named(via, path):
+            drill = _via(via, usual)
+        yield drill, False
     for name in ("footprint", "module"):
         for footprint in _children(board, name):
-            origin = _child(footprint, "at") or ["at", "0", "0"]
-            turn = _mm(origin[3]) if len(origin) > 3 else Fraction(0)
             for pad in _children(footprint, "pad"):
-                drill, at = _child(pad, "drill"), _child(pad, "at")
-                sizes = [w for w in (drill or [])[1:] if isinstance(w, str) and w != "oval"]
-                if drill is None or at is None or not sizes or not _mm(sizes[0]):
-                    continue
-                x, y = _turned(_nm(at[1]), _nm(at[2]), turn)
-                plated = "non-plated" if pad[2] == "np_thru_hole" else "plated"
-                place = _nm(origin[1]) + x, -(_nm(origin[2]) + y)
-                yield Drill(*place, _diameter(sizes[0]), plated), "oval" in drill
+                with _named(pad, path):
+                    found = _pad(pad, footprint)
+                if found is not None:
+                    yield found, "oval" in _words(_child(pad, "drill"))
+
+
+@contextmanager
+def _named(node: Node, path: Path) -> Iterator[None]:
+    """Errors name the pad or via, and its line."""
+    try:
+        yield
+    except TcpError as error:
+        raise InputError(f"a {node[0]} is not understood: {error}", path, node.line) from None
+
+
+def _via(via: Node, usual: dict[str, str]) -> Drill:
+    """A via's hole."""
+    x, y, *_ = _place(via)
+    net = _words(_child(via, "net")) or [""]
+    size = _size(via) or usual.get(net[0])
+    if size is None:
+        raise InputError(f"the via at {x} {y} has no drill, nor has its net class")
+    return Drill(_nm(x), -_nm(y), _diameter(size), _depth(via))
+
+
+def _pad(pad: Node, footprint: Node) -> Drill | None:
+    """A pad's hole, if it has one."""
+    size = _size(pad)
+    if size is None:
+        return None
+    at, origin = _place(pad), _place(footprint)
+    turn = _mm(origin[2]) if len(origin) > 2 else Fraction(0)
+    x, y = _turned(_nm(at[0]), _nm(at[1]), turn)
+    plated = "non-plated" if pad[2:3] == ["np_thru_hole"] else "plated"
+    return Drill(_nm(origin[0]) + x, -(_nm(origin[1]) + y), _diameter(size), plated)
+
+
+def _place(node: Node) -> list[str]:
+    """X, Y and the turn, if there is one."""
+    at = _child(node, "at") or Node()
+    if len(at) < 3 or len(_words(at)) < len(at) - 1:
+        raise InputError(f"the {node[0]} has no place; expected (at X Y)")
+    return _words(at)
+
+
+def _size(node: Node) -> str | None:
+    """The drill that a pad or via states; None for 0, or where it states none."""
+    drill = _child(node, "drill")
+    if drill is None:
+        return None
+    sizes = [word for word in _words(drill) if word != "oval"]
+    if not sizes and _child(drill, "offset") is None:  # which pads without a hole may have
+        raise InputError("the drill has no size; expected (drill D) or (drill oval W H)")
+    return sizes[0] if sizes and _mm(sizes[0]) else None
 
 
 def _depth(via: Node) -> str:
@@ -125,15 +175,16 @@ def _depth(via: Node) -> str:
     return "plated" if through or layers is None else " to ".join(map(str, layers[1:]))
 
 
-def _via_drills(board: Node) -> dict[str, Any]:
+def _via_drills(board: Node) -> dict[str, str]:
     """The drill of a net's vias that state none (KiCad 5 and before), by the net's number."""
     names = {str(net[2]): str(net[1]) for net in _children(board, "net") if len(net) > 2}
-    found: dict[str, Any] = {}
+    found: dict[str, str] = {}
     for group in _children(board, "net_class"):
-        drill = _child(group, "via_drill")
+        drill = _words(_child(group, "via_drill"))
         for net in _children(group, "add_net"):
-            if drill is not None and str(net[1]) in names:
-                found[names[str(net[1])]] = drill[1]
+            for name in _words(net)[:1]:
+                if drill and name in names:
+                    found[names[name]] = drill[0]
     return found
 
 
