@@ -8,6 +8,7 @@ import pytest
 
 from tcp import files
 from tcp.errors import InputError
+from tcp.files.route import route_csv
 
 BOARD = """(kicad_pcb (version 20221018)
   (via (at 10 20) (size 0.8) (drill 0.4) (layers "F.Cu" "B.Cu"))
@@ -151,6 +152,26 @@ def test_a_drawing_without_a_header_states_no_units(tmp_path):
             files.read(path)
         for units, x in (("mm", 1), ("inch", Fraction(254, 10))):
             assert files.read(path, units=units).workpiece.hole(0).x == x
+
+
+@pytest.mark.parametrize("radius", ["-0.4", "0"])
+def test_a_circle_without_a_radius_is_refused(tmp_path, radius):
+    pytest.importorskip("ezdxf", reason="ezdxf is not installed (tcp-drill[dxf])")
+    path = tmp_path / "b.dxf"
+    path.write_text(BARE.replace("40\n0.5", f"40\n{radius}"))
+    with pytest.raises(InputError, match=f"circle at 1 2 has a radius of {radius}; .* more than 0"):
+        files.read(path, units="mm")
+
+
+def test_points_have_no_diameter_and_read_back(tmp_path):
+    pytest.importorskip("ezdxf", reason="ezdxf is not installed (tcp-drill[dxf])")
+    path = tmp_path / "b.dxf"
+    path.write_text(BARE.replace("CIRCLE", "POINT"))
+    piece = files.read(path, units="mm").workpiece
+    assert piece.diameters == (None,)
+    again = tmp_path / "route.csv"
+    again.write_text(route_csv(piece, (0,)))
+    assert files.read(again).workpiece.hole(0).x == 1
 
 
 @pytest.mark.parametrize("version", ["R12", "R2000", "R2018"])

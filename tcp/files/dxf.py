@@ -52,6 +52,8 @@ def read(path: Path, *, units: str | None = None, tool: str | int | None = None)
         space = drawing.modelspace()
         found = [_circle(entity) for entity in space.query("CIRCLE POINT")]
         blocks = sum(map(_holds_circles, space.query("INSERT")))
+    except InputError as error:
+        raise InputError(str(error), path) from None
     except OSError as error:
         if error.errno is None:  # how ezdxf says it
             raise InputError("is no DXF drawing", path) from None
@@ -96,9 +98,13 @@ def _circle(entity: Any) -> tuple[float, float, float, str]:
     if entity.dxftype() == "POINT":
         return entity.dxf.location.x, entity.dxf.location.y, 0.0, layer
     if abs(entity.dxf.extrusion.z) != 1:
-        raise ValueError("a circle does not lie in the drawing's plane")
+        raise InputError("a circle does not lie in the drawing's plane")
     place = entity.ocs().to_wcs(entity.dxf.center)  # mirrored where it is seen from below
-    return place.x, place.y, entity.dxf.radius, layer
+    radius = entity.dxf.radius
+    if radius <= 0:
+        at = f"{place.x:g} {place.y:g}"
+        raise InputError(f"the circle at {at} has a radius of {radius:g}; expected more than 0")
+    return place.x, place.y, radius, layer
 
 
 def _nm(value: float, unit: Fraction) -> int:

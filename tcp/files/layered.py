@@ -22,7 +22,10 @@ STEP = Fraction(1, 10**6)
 
 @dataclass(frozen=True)
 class Drill:
-    """One hole: position in nanometres, diameter in mm, and what tells tools apart beside it."""
+    """One hole: position in nanometres, diameter in mm, and what tells tools apart beside it.
+
+    A diameter of 0 is that of a point, of which none is known.
+    """
 
     x: int
     y: int
@@ -67,7 +70,7 @@ def reading(
         np.array([d.x for d in mine], dtype=np.int64),
         np.array([d.y for d in mine], dtype=np.int64),
         STEP,
-        tuple(d.diameter for d in mine),
+        tuple(d.diameter or None for d in mine),
         tuple(names[d.group, d.diameter] for d in mine),
     )
     return Reading(piece, Travel(Model.SIMULTANEOUS), (*notes, *more))
