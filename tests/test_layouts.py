@@ -238,3 +238,27 @@ def test_circles_seen_from_below_and_in_blocks(tmp_path):
     drawing.saveas(path)
     with pytest.raises(InputError, match="plane"):
         files.read(path)
+
+
+def test_arcs_and_ellipses_that_are_circles_are_noted(tmp_path):
+    ezdxf = pytest.importorskip("ezdxf")
+    drawing = ezdxf.new(units=4)
+    space = drawing.modelspace()
+    space.add_circle((1, 2), 1)
+    path = tmp_path / "d.dxf"
+    for turn in ((0, 90), (10, 350)):
+        space.add_arc((0, 0), 1, *turn)
+    space.add_ellipse((0, 0), (1, 0), 0.5)
+    space.add_ellipse((0, 0), (1, 0), 1, 0, 3.14)
+    drawing.saveas(path)
+    assert not any("left out" in note for note in files.read(path).notes)
+    for turn in ((0, 360), (90, 450), (180, -180)):
+        space.add_arc((0, 0), 1, *turn)
+    space.add_ellipse((0, 0), (1, 0), 1, 0, 6.283185)
+    drawing.blocks.new("round").add_arc((0, 0), 1, 0, 360)
+    space.add_blockref("round", (5, 5))
+    drawing.saveas(path)
+    reading = files.read(path)
+    assert len(reading.workpiece) == 1
+    assert "4 full circles drawn as arc or ellipse left out; draw circles" in reading.notes
+    assert any("1 block reference with circles" in note for note in reading.notes)

@@ -32,6 +32,9 @@ MM = {
 _STATES_UNITS = re.compile(rb"\b9\s+\$INSUNITS\b|\t\0?\$INSUNITS\0")
 """Group 9 names a variable of the header, in text or in a binary drawing."""
 
+ROUND = 1e-6
+"""An arc within so many turns of a full one, or an ellipse's axes so alike, are round."""
+
 
 def read(path: Path, *, units: str | None = None, tool: str | int | None = None) -> Reading:
     """The holes of one tool (layer and diameter) of a drawing; see :func:`tcp.files.read`.
@@ -51,7 +54,7 @@ def read(path: Path, *, units: str | None = None, tool: str | int | None = None)
         drawing = ezdxf.readfile(path)
         space = drawing.modelspace()
         found = [_circle(entity) for entity in space.query("CIRCLE POINT")]
-        blocks = sum(map(_holds_circles, space.query("INSERT")))
+        notes = _left_out(space)
     except InputError as error:
         raise InputError(str(error), path) from None
     except OSError as error:
@@ -78,8 +81,21 @@ def read(path: Path, *, units: str | None = None, tool: str | int | None = None)
         Drill(_nm(x, unit), _nm(y, unit), 2 * _nm(radius, unit) * STEP, layer)
         for x, y, radius, layer in found
     ]
-    note = f"{counted(blocks, 'block reference')} with circles or points left out; explode them"
-    return reading(path, drills, tool, [note] if blocks else [])
+    return reading(path, drills, tool, notes)
+
+
+def _left_out(space: Any) -> list[str]:
+    """Notes on what may be holes too."""
+    blocks = sum(map(_holds_circles, space.query("INSERT")))
+    arcs = sum(map(_comes_round, space.query("ARC ELLIPSE")))
+    notes = []
+    if blocks:
+        references = counted(blocks, "block reference")
+        notes.append(f"{references} with circles or points left out; explode them")
+    if arcs:
+        circles = counted(arcs, "full circle")
+        notes.append(f"{circles} drawn as arc or ellipse left out; draw circles")
+    return notes
 
 
 def _holds_circles(insert: Any) -> bool:
@@ -87,9 +103,20 @@ def _holds_circles(insert: Any) -> bool:
     return any(
         _holds_circles(entity)
         if entity.dxftype() == "INSERT"
-        else entity.dxftype() in ("CIRCLE", "POINT")
+        else entity.dxftype() in ("CIRCLE", "POINT") or _comes_round(entity)
         for entity in insert.virtual_entities()
     )
+
+
+def _comes_round(entity: Any) -> bool:
+    """Whether it is an arc or ellipse that is a circle, to the digits that drawings have."""
+    if entity.dxftype() == "ARC":
+        turns: float = (entity.dxf.end_angle - entity.dxf.start_angle) / 360
+    elif entity.dxftype() == "ELLIPSE" and abs(abs(entity.dxf.ratio) - 1) < ROUND:
+        turns = (entity.dxf.end_param - entity.dxf.start_param) / math.tau
+    else:
+        return False
+    return turns == 0 or abs(abs(turns) - 1) < ROUND
 
 
 def _circle(entity: Any) -> tuple[float, float, float, str]:
