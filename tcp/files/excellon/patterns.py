@@ -27,6 +27,9 @@ class Patterns(State):
     def _repeat(self, words: Words) -> None:
         found = dict(words)
         if [letter for letter, _ in words[1:3]][:1] == ["M"]:
+            code = int(words[1][1]) if words[1][1].isdigit() else 0
+            if (FORMAT_1.get(code, code) if self.format_1 else code) != 2:
+                self.refuse(f"R repeats copies by {self._m(2)}, not by another M-code")
             self._pattern_code(2, words[2:], self._count(words))
             return
         row = len(self.columns[0]) - 1
