@@ -20,6 +20,7 @@ from click.testing import CliRunner
 from tcp.cli.main import main
 from tcp.cli.options import setting
 from tcp.files import read
+from tcp.stop import Clock, Stop
 
 ROOT = Path(__file__).resolve().parents[1]
 DATA = ROOT / "data"
@@ -151,6 +152,23 @@ def test_a_certificate_is_written_and_passes_the_checker(tmp_path):
     assert tcp("check", proof, DATA / "wp1.csv").exit_code == 0
     assert tcp("check", proof, DATA / "wp2.csv").exit_code == 1
     assert list(tmp_path.iterdir()) == [proof]
+
+
+def test_a_certificate_of_less_than_the_solver_proved_is_no_proof(tmp_path, monkeypatch):
+    solving = sys.modules["tcp.solve"]
+    engine = solving._with_evidence
+
+    def hurried(instance, outcome, seed, clock, report):
+        return engine(instance, outcome, seed, Clock(Stop(time=0)), report)
+
+    monkeypatch.setattr(solving, "_with_evidence", hurried)
+    proof = tmp_path / "wp2.cert.json"
+    words = ("solve", "--solver", "held-karp", "--certificate", proof, DATA / "wp2.csv")
+    for exact, code in (((), 0), (("--exact",), 5)):
+        done = tcp(*words, *exact)
+        assert done.exit_code == code and "optimal, trusted" in done.stdout
+        assert "note: the certificate proves a lower bound, not the route" in done.stderr
+        assert "takes at least" in tcp("check", proof, DATA / "wp2.csv").stdout
 
 
 @pytest.mark.parametrize(

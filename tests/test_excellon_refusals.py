@@ -46,7 +46,7 @@ BAD = {
     "repeat": (HEAD.encode() + b"T1\nR2X1\nM30\n", r":7: R repeats a hit"),
     "repeat count": (HEAD.encode() + b"T1\nX1Y1\nR0X1\nM30\n", r":8: R needs a count"),
     "too many": (HEAD.encode() + b"T1\nM25\nX1Y1\nR9999X1\nM01\nR9999M02X1\nM30\n", r":11: .*100,"),
-    "other copy": (HEAD.encode() + b"T1\nM25\nX1Y1\nM01\nR2M30X1\nM08\nM30\n", r":10: R repeats copies"),
+    "other copy": (HEAD.encode() + b"T1\nM25\nX1Y1\nM01\nR2M30X1\nM30\n", r":10: R repeats copies"),
     "pattern": (HEAD.encode() + b"T1\nM25\nX1Y1\nM30\n", r":7: the pattern that begins here"),
     "slot without a start": (HEAD.encode() + b"T1\nX1Y1\nG85X5\nM30\n", r":8: G85 without"),
     "copy": (HEAD.encode() + b"T1\nX1Y1\nM02X5\nM30\n", r":8: M02 repeats a pattern"),

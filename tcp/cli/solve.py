@@ -20,7 +20,7 @@ from tcp.instance import Instance
 from tcp.report.data import result_data
 from tcp.report.route import save_route
 from tcp.report.table import summary
-from tcp.result import Report, Result, Status, silent
+from tcp.result import Proof, Report, Result, Status, silent
 from tcp.solve import SOLVERS, solve
 from tcp.stop import Stop, StopReason
 
@@ -228,6 +228,9 @@ def command(
             worst = max(worst, complain(error))
             continue
         worst = max(worst, verdict(result, run.exact))
+        if result.status is Status.OPTIMAL and result.proof is not Proof.CERTIFIED and certificate:
+            tell(path, ["the certificate proves a lower bound, not the route; give more time"])
+            worst = max(worst, Exit.NO_PROOF if run.exact else Exit.OK)
         if result.stopped is StopReason.INTERRUPTED:
             break
     return worst
