@@ -654,6 +654,14 @@ def test_after_ctrl_c_no_other_board_is_begun_though_the_first_cannot_be_written
     assert done.exit_code == 130 and "1 of 2 files are done" in done.stderr
 
 
+def test_blocks_that_are_not_expanded_are_told_once(board):
+    board.write_bytes(HEAD + b"T1\nM25\nX0Y0\nM47,stop\nM01\nM02X50\nM08\nM30\n")
+    for words in ((), ("--json",), ("--jobs", 2)):
+        done = run("--dry-run", "--expand", *words, board)
+        assert done.exit_code == 0
+        assert done.stderr.count("note: line 8: the pattern is not expanded, because") == 1
+
+
 def test_check_and_dry_run_write_nothing(board):
     done = run(board, "--check")
     # 0.9 + 0.8 + 0.7 + 0.6 and 0.2 between and 0.009 + 0.004; 0.9 and 0.0 and 0.009 do

@@ -316,6 +316,8 @@ def _tell(job: Job, found: Optimised, plot: Path | None, page: Path | None) -> E
     if found.error is not None:
         worst = complain(found.error)
     if found.board is not None:
+        before = found.board.before
+        tell(before.path, found.board.notes[len(before.notes) :])  # the reader's are told already
         try:
             _show(found.board, plot, page, job.many)
         except TcpError as error:
