@@ -18,7 +18,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from click.testing import CliRunner
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from tcp.boards import chain
@@ -1146,6 +1146,42 @@ def test_stretches_one_behind_the_other_are_bounded_from_below(groups):
     worth = board.rule.quantum
     assert board.bound * worth <= least <= board.costs_after.total * worth
     assert board.parts[0].bound == board.bound
+
+
+ORIGIN = Fraction(0), Fraction(0)
+HIT = st.tuples(st.integers(0, 40), st.integers(0, 40))
+SIDE, INSIDE = (st.lists(HIT, min_size=1, max_size=most) for most in (2, 3))
+
+
+@settings(max_examples=40, deadline=None)
+@given(
+    st.tuples(SIDE, INSIDE, INSIDE, SIDE),
+    st.lists(st.tuples(st.integers(-60, 60), st.integers(0, 60)), min_size=1, max_size=3),
+)
+@example(
+    ([(0, 9)], [(0, 0)], [(0, 1)], [(60, 8)]), [(20, 0)] * 3
+)  # one path through T1 alone is longer than all there is
+@example(([(0, 0)], [(0, 0), (5, 0), (1, 0)], [(0, 1), (4, 1), (2, 1)], [(40, 1)]), [(20, 0)] * 2)
+@example(([(4, 4)], [(9, 9), (0, 0)], [(9, 8), (1, 0)], [(5, 5)]), [(2, 0)] * 3)
+def test_tools_that_alternate_in_a_repeated_block_are_bounded_from_below(groups, shifts):
+    """Holes keep their tool and their side of the block; all copies have one order."""
+
+    def text(groups):
+        before, first, second, behind = (
+            "".join(f"X{x}Y{y}\n" for x, y in group) for group in groups
+        )
+        copies = "".join(f"M02X{x}Y{y}\n" for x, y in shifts)
+        return f"T1\n{before}M25\n{first}T2\n{second}M01\n{copies}M08\n{behind}"
+
+    program = program_of(text(groups))
+    board = optimise(program, replace(FAST, start=ORIGIN))
+    every = itertools.product(*(itertools.permutations(group) for group in groups))
+    costs = [measure(program_of(text(order)), board.rule, ORIGIN) for order in every]
+    assert board.bound <= min(c.total for c in costs) <= board.costs_after.total
+    assert board.costs_after.total <= board.costs_before.total
+    for number, part in enumerate(board.parts):
+        least = min(c.parts[number] for c in costs)
+        assert part.bound <= least and (not part.optimal or part.after == least)
 
 
 @pytest.mark.parametrize("seed", [6, 48, 77])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Mapping
 from itertools import pairwise
 
@@ -50,11 +51,11 @@ def loose_bound(
     clock: Clock,
     seconds: float,
 ) -> int:
-    """A bound on any path through all places of a selection that has no other.
+    """A bound on the paths of a selection that has no other: the sum over its spans.
 
-    The larger of two: all places in any order; and, where no pattern is repeated,
-    the stretches one behind the other, each in any order, with the shortest moves
-    from one to the next.
+    For each the larger of two: all places in any order; and, where no pattern is
+    repeated, the stretches one behind the other, each in any order, with the
+    shortest moves from one to the next.
 
     Parameters
     ----------
@@ -67,15 +68,31 @@ def loose_bound(
     clock, seconds : Clock, float
         Held and Karp's ascents take so much of the clock's time; Ctrl-C ends them.
     """
-    rule = costs[1]
+    share = seconds / int((trail.part == number).sum())
+    return sum(
+        _span_bound(program, trail, slice(a, b + 1), costs, clock, share * (b + 1 - a))
+        for part, a, b in trail.spans()
+        if part == number
+    )
+
+
+def _span_bound(
+    program: Program,
+    trail: Trail,
+    span: slice,
+    costs: tuple[Travel, CostRule],
+    clock: Clock,
+    seconds: float,
+) -> int:
+    """A bound on the path through one span of a selection; see :func:`loose_bound`."""
+    rule, rows = costs[1], trail.row[span]
 
     def any_order(places: Ints, seconds: float) -> int:
         return _any_order(program, places, costs, clock.part(Stop(seconds)))
 
-    mine = np.flatnonzero(trail.part == number)
-    places = np.stack([trail.x, trail.y])[:, mine]
-    edges = np.flatnonzero(np.diff(program.rows.stretch[trail.row[mine]])) + 1
-    first, last = int(trail.row[mine].min()), int(trail.row[mine].max())
+    places = np.stack([trail.x[span], trail.y[span]])
+    edges = np.flatnonzero(np.diff(program.rows.stretch[rows])) + 1
+    first, last = int(rows.min()), int(rows.max())
     repeated = any(p.first <= last and first < p.last for p in program.patterns)
     if repeated or not len(edges):
         return any_order(places, seconds)
@@ -119,31 +136,34 @@ def least_chain(
     tool_order : ToolOrder
         Where tools may change places, paths and links are bounded one by one.
     bounds : mapping
-        What the path of each selection takes at least, whatever its ends.
+        What the paths of each selection take at least, whatever their ends.
     small : mapping
         All paths of a selection that may be best, by its number; others may
         begin and end at any of their places.
     """
     if tool_order is ToolOrder.OPTIMISE:
-        return sum(bounds.values()) + least_links(program, rule, stops, tool_order)
+        return sum(bounds.values()) + least_links(program, rule, stops)
     trail, link = follow(program), linker(rule)
-    numbers = [number for number, _ in part_rows(program)]
-    if tool_order is ToolOrder.ASCENDING:
-        numbers.sort(key=lambda number: rank_of(program, number))
+    spans, left = trail.spans(), dict(bounds)
+    times = Counter(number for number, _, _ in spans)
+    # tools whose spans alternate are in a repeated block, and change no places
+    if tool_order is ToolOrder.ASCENDING and len(times) == len(spans):
+        spans.sort(key=lambda span: rank_of(program, span[0]))
 
     def places(*found: Place | None) -> Ints:
         return np.array([p for p in found if p is not None], dtype=np.int64).reshape(-1, 2)
 
     at, cost = places(stops[0]), np.zeros(1, dtype=np.int64)
-    for number in numbers:
-        ways = small.get(number, [])
+    for number, first, last in spans:
+        ways = small.get(number, []) if times[number] == 1 else []
         if ways and len(at) * len(ways) <= PAIRS:
             moves = link(at, places(*(w.entry for w in ways))) if len(at) else 0
             cost = (cost[:, None] + moves).min(axis=0) + np.array([w.cost for w in ways])
             at = places(*(w.exit for w in ways))
             continue
-        there = np.unique(np.stack([trail.x, trail.y])[:, trail.part == number], axis=1).T
-        cost = np.array([_onward(rule, at, cost, there) + bounds[number]])
+        part = slice(first, last + 1)
+        there = np.unique(np.stack([trail.x[part], trail.y[part]]), axis=1).T
+        cost = np.array([_onward(rule, at, cost, there) + left.pop(number, 0)])
         at = there
     return _onward(rule, at, cost, places(stops[1]))
 
@@ -158,24 +178,15 @@ def _onward(rule: CostRule, at: Ints, cost: Ints, there: Ints) -> int:
     return int(reached.min())
 
 
-def least_links(
-    program: Program, rule: CostRule, stops: Stops, tool_order: ToolOrder = ToolOrder.KEEP
-) -> int:
+def least_links(program: Program, rule: CostRule, stops: Stops) -> int:
     """What the moves between selections, from the start and to the park take at least.
 
-    With the order of tools kept, the nearest places of each and the next; with
-    the order free, a shortest spanning tree: any chain is one.
+    With the order of tools free: a shortest spanning tree, for any chain has one.
     """
     trail = follow(program)
     numbers = [number for number, _ in part_rows(program)]
-    if tool_order is ToolOrder.ASCENDING:
-        numbers.sort(key=lambda number: rank_of(program, number))
     sets = [(trail.x[trail.part == n], trail.y[trail.part == n]) for n in numbers]
-    for point, at in ((stops[0], 0), (stops[1], len(sets) + 1)):
-        if point is not None:
-            sets.insert(at, (np.array([point[0]]), np.array([point[1]])))
-    if tool_order is not ToolOrder.OPTIMISE:
-        return sum(nearest(rule, p, q) for p, q in pairwise(sets))
+    sets += [(np.array([p[0]]), np.array([p[1]])) for p in stops if p is not None]
     far = [[nearest(rule, p, q) for q in sets] for p in sets]
     total, outside = 0, {i: far[0][i] for i in range(1, len(sets))}
     while outside:

@@ -12,7 +12,7 @@ from tcp.boards.chain import MOST, Candidate, Chain, Stops, ToolOrder, arrange, 
 from tcp.boards.effort import Answer
 from tcp.boards.ends import TABLES, Units, all_ends, few, joined, table, turned
 from tcp.boards.stretch import Stretch
-from tcp.boards.trail import Costs, Trail, follow, measure
+from tcp.boards.trail import Costs, follow, measure
 from tcp.files.excellon import Mark, Program
 from tcp.files.excellon.document import Ints
 from tcp.files.excellon.program import Columns, Place, Repeat
@@ -95,6 +95,10 @@ def choose(
     that are fitted to the places where their neighbours end and begin.  The file's
     own order has no part in the fitting, so that this does not depend on it.  Ties go
     to the file's own order, then to the new path as the solver gave it.
+
+    Where a block in which tools change is repeated, the moves from copy to copy are
+    missing in a chain's cost.  They are the same in all chains, as the insides of
+    blocks have no part in the choice, so the best one is still the best.
     """
     parts = part_rows(program)
     mine = [[s for s in solved if a <= s.stretch.first < b] for _, (a, b) in parts]
@@ -121,7 +125,7 @@ def choose(
     orders: Orders = {}
     for at, k in chain.steps:
         orders |= ways[at][k].choice()
-    everything = len(small) == len(parts) and (
+    everything = len(small) == len(follow(program).spans()) and (
         tool_order is not ToolOrder.OPTIMISE or len(parts) <= MOST
     )
     return Choice(
@@ -240,21 +244,16 @@ def _candidates(
     for orders in (none, forth, back):
         version = permuted(program, orders)
         costs, trail = measure(version, rule), follow(version)
-        for number, first, last in _spans(trail):
-            a, b = dict(parts)[number]
+        spans = trail.spans()
+        firsts = {number: first for number, first, _ in reversed(spans)}
+        lasts = {number: last for number, _, last in spans}
+        for number, (a, b) in parts:
+            first, last = firsts[number], lasts[number]
             own = {at: order for at, order in orders.items() if a <= at < b}
             entry = int(trail.x[first]), int(trail.y[first])
             leave = int(trail.x[last]), int(trail.y[last])
             found[number].append(Candidate(costs.parts[number], entry, leave, own.copy))
     return list(found.values())
-
-
-def _spans(trail: Trail) -> list[tuple[int, int, int]]:
-    """Selections with their first and last position on the trail."""
-    edges = np.flatnonzero(np.diff(trail.part)) + 1
-    firsts = [0, *edges.tolist()]
-    lasts = [*(edges - 1).tolist(), len(trail.part) - 1]
-    return [(int(trail.part[a]), a, b) for a, b in zip(firsts, lasts, strict=True)]
 
 
 def whole_orders(program: Program, pieces: list[tuple[Solved, Order]]) -> Orders:

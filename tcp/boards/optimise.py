@@ -137,18 +137,20 @@ def _optimise(
 def _solve_inside(
     program: Program, wishes: Wishes, news: News | None, clock: Clock
 ) -> list[Solved]:
-    """Solve what is inside step-and-repeat blocks that move as units."""
+    """Solve what is inside step-and-repeat blocks: every order there is that of all copies."""
     runs = free_runs(program, locked_parts(program, wishes), 0)
     front = rows_in_front(program, wishes)
-    blocks = [p for p in program.patterns if p.movable and p.first >= front]
+    blocks = [p for p in program.patterns if p.first >= front]
     inner = [run for run in runs if any(b.first <= run[0] < b.last for b in blocks)]
     return _solve_runs(program, inner, replace(wishes, certificates=None), news, clock)
 
 
 def _solve_all(program: Program, wishes: Wishes, news: News | None, clock: Clock) -> list[Solved]:
-    """Solve every stretch, in file order."""
+    """Solve every stretch that is not inside a block, in file order."""
     runs = free_runs(program, locked_parts(program, wishes), rows_in_front(program, wishes))
-    return _solve_runs(program, runs, wishes, news, clock)
+    blocks = program.patterns
+    outer = [run for run in runs if not any(b.first <= run[0] < b.last for b in blocks)]
+    return _solve_runs(program, outer, wishes, news, clock)
 
 
 def _solve_runs(

@@ -45,6 +45,17 @@ class Trail:
         """Cost of the move into each position but the first."""
         return rule.costs(np.diff(self.x), np.diff(self.y))
 
+    def spans(self) -> list[tuple[int, int, int]]:
+        """Selections in the order they are worked, each with its first and last position.
+
+        A selection has several spans where a block in which tools change is repeated.
+        No order that is allowed changes which places a span has.
+        """
+        edges = np.flatnonzero(np.diff(self.part)) + 1
+        firsts = [0, *edges.tolist()]
+        lasts = [*(edges - 1).tolist(), len(self.part) - 1]
+        return [(int(self.part[a]), a, b) for a, b in zip(firsts, lasts, strict=True)]
+
 
 def follow(program: Program) -> Trail:
     """The trail of a program."""
