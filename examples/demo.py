@@ -53,7 +53,7 @@ def main() -> int:
     solvers = [name for name in PROVERS if name in SOLVERS]
     print("Shortest drilling orders (open path, any start and end, axes at 1 mm/s), proved by")
     print("every exact model; seconds to the proof (a solver's first row includes its loading).")
-    print("The first run on a machine compiles for a minute or two.\n", flush=True)
+    print("The first run on a machine compiles for about half a minute.\n", flush=True)
     rows, good = [], True
     for piece in PIECES:
         for case in CASES:
