@@ -6,7 +6,7 @@ file's own order is a candidate everywhere.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import replace
 from pathlib import Path
 
@@ -27,7 +27,7 @@ from tcp.files.drilling import compare
 from tcp.files.excellon import Kind, Program
 from tcp.files.excellon.blocks import folded
 from tcp.files.excellon.guard import LostError
-from tcp.files.excellon.program import Place
+from tcp.files.excellon.program import Pattern, Place
 from tcp.files.excellon.rewrite import Order
 from tcp.files.excellon.settings import Hints
 from tcp.instance import Instance
@@ -141,16 +141,20 @@ def _solve_inside(
     runs = free_runs(program, locked_parts(program, wishes), 0)
     front = rows_in_front(program, wishes)
     blocks = [p for p in program.patterns if p.first >= front]
-    inner = [run for run in runs if any(b.first <= run[0] < b.last for b in blocks)]
+    inner = [run for run in runs if _inside(run, blocks)]
     return _solve_runs(program, inner, replace(wishes, certificates=None), news, clock)
 
 
 def _solve_all(program: Program, wishes: Wishes, news: News | None, clock: Clock) -> list[Solved]:
     """Solve every stretch that is not inside a block, in file order."""
     runs = free_runs(program, locked_parts(program, wishes), rows_in_front(program, wishes))
-    blocks = program.patterns
-    outer = [run for run in runs if not any(b.first <= run[0] < b.last for b in blocks)]
+    outer = [run for run in runs if not _inside(run, program.patterns)]
     return _solve_runs(program, outer, wishes, news, clock)
+
+
+def _inside(run: tuple[int, int], blocks: Iterable[Pattern]) -> bool:
+    """Whether a stretch of rows is inside one of these step-and-repeat blocks."""
+    return any(block.first <= run[0] < block.last for block in blocks)
 
 
 def _solve_runs(

@@ -227,10 +227,9 @@ def command(
         except TcpError as error:
             worst = max(worst, complain(error))
             continue
-        worst = max(worst, verdict(result, run.exact))
-        if result.status is Status.OPTIMAL and result.proof is not Proof.CERTIFIED and certificate:
+        if certified_less(result):
             tell(path, ["the certificate proves a lower bound, not the route; give more time"])
-            worst = max(worst, Exit.NO_PROOF if run.exact else Exit.OK)
+        worst = max(worst, verdict(result, run.exact))
         if result.stopped is StopReason.INTERRUPTED:
             break
     return worst
@@ -270,6 +269,11 @@ def verdict(result: Result, exact: bool) -> Exit:
     """The exit code that a result deserves."""
     if result.status is Status.INFEASIBLE:
         return Exit.INFEASIBLE
-    if result.route is None or (exact and result.status is not Status.OPTIMAL):
-        return Exit.NO_PROOF
-    return Exit.OK
+    proved = result.status is Status.OPTIMAL and not certified_less(result)
+    return Exit.NO_PROOF if result.route is None or (exact and not proved) else Exit.OK
+
+
+def certified_less(result: Result) -> bool:
+    """Whether a solver proved its route, and the certificate written proves less."""
+    proved = result.status is Status.OPTIMAL and result.proof is not Proof.CERTIFIED
+    return proved and result.certificate is not None

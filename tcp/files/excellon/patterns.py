@@ -24,11 +24,14 @@ class Patterns(State):
         """What the file calls an M-code."""
         return f"M{_FORMAT_2.get(code, code) if self.format_1 else code:02d}"
 
+    def _meant(self, code: int) -> int:
+        """What an M-code of the file is called in format 2."""
+        return FORMAT_1.get(code, code) if self.format_1 else code
+
     def _repeat(self, words: Words) -> None:
         found = dict(words)
         if [letter for letter, _ in words[1:3]][:1] == ["M"]:
-            code = int(words[1][1]) if words[1][1].isdigit() else 0
-            if (FORMAT_1.get(code, code) if self.format_1 else code) != 2:
+            if self._meant(code_of(words[1][1])) != 2:
                 self.refuse(f"R repeats copies by {self._m(2)}, not by another M-code")
             self._pattern_code(2, words[2:], self._count(words))
             return
@@ -100,8 +103,7 @@ class Patterns(State):
         if self.pattern is None:
             self._incomplete()
         shift = {letter: text for letter, text in rest if letter in "XY" and text}
-        codes = {code_of(text) for letter, text in rest if letter == "M"}
-        codes = {FORMAT_1.get(c, c) for c in codes} if self.format_1 else codes
+        codes = {self._meant(code_of(text)) for letter, text in rest if letter == "M"}
         twice = len(shift) < sum(letter in "XY" for letter, _ in rest)
         if not codes <= {70, 80, 90} or twice or any(c not in "XYM" for c, _ in rest):
             known = f"X, Y, M70, {self._m(80)} and {self._m(90)}"

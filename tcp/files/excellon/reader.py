@@ -21,7 +21,6 @@ from tcp.files.excellon.dialects import find_sidecar, recognise
 from tcp.files.excellon.document import Ints, cut
 from tcp.files.excellon.header import header_line, note_comment
 from tcp.files.excellon.numbers import PLACES
-from tcp.files.excellon.patterns import FORMAT_1
 from tcp.files.excellon.program import (
     Columns,
     Copy,
@@ -195,9 +194,7 @@ class Reader(Routing):
             self.refuse(f"{shown(line)} is not understood; expected Excellon")
 
     def _m_code(self, words: Words) -> None:
-        code = code_of(words[0][1])
-        if self.format_1:
-            code = FORMAT_1.get(code, code)
+        code = self._meant(code_of(words[0][1]))
         rest = words[1:]
         if rest and code != 2:
             self.refuse(
