@@ -13,7 +13,7 @@ import tcp.validate.certificate as checker
 from tcp import Ends, Instance, Proof, Rules, Status, Workpiece, solve
 from tcp.cli.main import main
 from tcp.errors import Exit
-from tcp.exact.branch_and_cut import cutting, tree
+from tcp.exact.branch_and_cut import tree
 from tests.certificates.mutation_run import Tally, run
 
 Edges = set[tuple[int, int]]
@@ -64,7 +64,7 @@ GRAPHS = {"snark 12": (snark(3), 12), "snark 20": (snark(5), 20), "coxeter": (co
 
 @pytest.mark.parametrize("name", GRAPHS)
 def test_graphs_without_a_cycle_are_proved_infeasible_at_depth(name, tmp_path, monkeypatch):
-    monkeypatch.setattr(cutting, "KEYHOLES", ())  # local cuts see through the smallest at once
+    monkeypatch.setattr(tree, "KEYHOLES", ())  # local cuts see through the smallest at once
     edges, n = GRAPHS[name]
     assert len(edges) == 3 * n // 2
     status, data = proved(only(edges, n, 1, closed=True), tmp_path / "no.cert.json")

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+
 import numpy as np
 import pytest
 
@@ -12,7 +14,7 @@ from tcp.exact.branch_and_cut.problem import Problem
 from tcp.exact.branch_and_cut.proof import Alive, Fixings
 from tcp.exact.branch_and_cut.relaxation import Relaxation
 from tcp.exact.branch_and_cut.run import first_pairs, unit_of
-from tcp.exact.branch_and_cut.tree import Node, Tree
+from tcp.exact.branch_and_cut.tree import KEYHOLES, Node, Tree
 from tcp.files.certificate import to_text
 from tcp.instance import Instance
 from tcp.solve import solve
@@ -122,17 +124,62 @@ def test_no_pair_dies_that_an_earlier_proof_may_force():
     assert check(to_text(proof).encode()).lower == cost
 
 
-@pytest.mark.parametrize(
-    ("nodes", "closed", "hard"),
-    [(8, 0.0, True), (8, 0.4, True), (8, 0.6, False), (16, 0.6, True), (16, 0.8, False)],
-)
-def test_a_tree_that_closes_its_gap_quickly_goes_without_local_cuts(nodes, closed, hard):
+def opened(gap: int, closed: float) -> Tree:
+    """A tree whose root left ``gap``, and whose only open node has closed a part of that."""
     _, tree, _ = eliminated()
     cost = tree.cutter.incumbent.cost
-    tree.nodes[0].bound = cost - 1000
+    tree.nodes[0].bound = cost - gap
     tree.heap = []
-    tree._open(
-        Node(Fixings.root(tree.cutter.problem), (), cost - 1000 + round(1000 * closed), None)
-    )
-    tree.doubt = nodes
+    tree._open(Node(Fixings.root(tree.cutter.problem), (), cost - gap + round(gap * closed), None))
+    return tree
+
+
+@pytest.mark.parametrize(
+    ("nodes", "closed", "hard"),
+    [
+        (8, 0.0, True),
+        (8, 0.4, True),
+        (8, 0.6, False),
+        (12, 0.0, False),  # asked at 8 nodes and its doubles
+        (16, 0.6, True),
+        (16, 0.8, False),
+    ],
+)
+def test_a_tree_that_closes_its_gap_quickly_goes_without_local_cuts(nodes, closed, hard):
+    tree = opened(1000, closed)
+    tree.processed = nodes
     assert tree._hard() is hard
+
+
+@pytest.mark.parametrize(
+    ("nodes", "closed", "hard"),
+    [(8, 0.1, True), (8, 0.2, False), (32, 0.4, True), (32, 0.6, False), (64, 0.1, True)],
+)
+def test_a_tree_below_local_cuts_that_closes_little_gets_more_of_them(nodes, closed, hard):
+    tree = opened(1000, closed)
+    tree.processed = 100
+    sizes = tree._deeper()
+    tree.processed += nodes
+    assert tree._hard() is hard
+    deeper = [tree._deeper() for _ in KEYHOLES[1:]]
+    assert all(len(b) > len(a) for a, b in itertools.pairwise([sizes, *deeper]))
+    tree.processed += nodes
+    assert not tree._hard()
+    assert tree._keyholes(5) == deeper[-1]
+
+
+def test_what_the_root_proves_at_another_look_holds_for_all_nodes():
+    x, y = np.random.default_rng(5).integers(0, 1000, (2, 30))
+    instance = Instance(Workpiece("piece", tuple(map(str, range(30))), x, y))
+    tree = planted(Problem.of(instance), np.arange(31))
+    tree.heap = [(0, 0, 0)]
+    tree._deepen()
+    proved = tree.nodes[0].bound
+    assert proved > 0
+    assert tree.heap == [(proved, 0, 0)]
+    tree.run()
+    best = tree.cutter.incumbent.tour
+    cost = tree.cutter.incumbent.cost
+    assert proved <= cost == solve(instance, "branch-and-cut", exact=True).cost
+    proof = certificate(instance, tree, cost, instance.route(best))
+    assert check(to_text(proof).encode()).lower == cost

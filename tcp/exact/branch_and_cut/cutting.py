@@ -47,7 +47,7 @@ TAIL, LONG_TAIL = 0.02, 0.002
 """Cutting stalls when a window of rounds closes less than this part of the gap."""
 
 LARGE = 1_000
-"""Nodes above which the tail is long: a branch closes next to nothing of a large board's gap."""
+"""Nodes above which the last tail is long: a branch closes next to nothing of such a gap."""
 
 PRICE_EVERY = 30
 """Rounds after which all pairs are priced even if cutting still helps: bounds on the way."""
@@ -64,8 +64,8 @@ FEW_COMBS = 10
 HAIR = 1e-7
 """Part of the cost within which the LP's value and the incumbent's count as equal."""
 
-KEYHOLES = (8, 10, 12)
-"""Sizes of the keyholes through which local cuts are sought, while few are found."""
+KEYHOLES = ((8, 10, 12), (8, 10, 12, 14), (8, 10, 12, 14, 16))
+"""Sizes of the keyholes for local cuts: what is tried while few are found, then if that fails."""
 
 FEW_LOCAL = 5
 """With so many local cuts no larger keyholes are tried."""
@@ -169,12 +169,12 @@ class Cutter:
     # -- the loop ----------------------------------------------------------
 
     def process(
-        self, fixings: Fixings, branches: Sequence[SetBranch], deepen: bool = False
+        self, fixings: Fixings, branches: Sequence[SetBranch], keyholes: Sequence[int] = ()
     ) -> NodeResult:
         """Cut and price until the node closes or nothing helps; the LP is already entered.
 
-        Local cuts are sought only if told to ``deepen``: they are dear, and those of the
-        root serve below it as well.
+        Local cuts are sought only through ``keyholes`` of given sizes: they are dear, and
+        those of the root serve below it as well.
         """
         self.deep = False
         self.mean = None if self.rounds else Mean()  # below the root it gains nothing
@@ -195,7 +195,7 @@ class Cutter:
             pending = False
             if support is not None and not stop and not self._reached():
                 unpriced += 1
-                pending = self._separate(support, progress, deepen)
+                pending = self._separate(support, progress, keyholes)
                 if pending and unpriced < PRICE_EVERY:
                     continue
                 self._offer_integral(support)
@@ -267,21 +267,21 @@ class Cutter:
 
     # -- separation ----------------------------------------------------------
 
-    def _separate(self, support: Support, progress: Gains, deepen: bool) -> bool:
+    def _separate(self, support: Support, progress: Gains, keyholes: Sequence[int]) -> bool:
         """Add cuts; False if there are none, or if they have stopped to help.
 
         Combs cut off a point inward of the LP solution, then the solution itself.  Once
-        that has stalled as well, ``deepen`` turns to local cuts.
+        that has stalled as well, local cuts are sought, if any are.
         """
         apart = component_cuts(support)
         if apart:
             self.pool.add(apart)
             return self._enter(apart)
         progress.note(self.lp.objective)
-        if self._stalled(progress):
+        if self._stalled(progress, last=self.deep or not keyholes):
             if self.mean is not None:
                 self.mean = None
-            elif self.deep or not deepen:
+            elif self.deep or not keyholes:
                 return False
             else:
                 self.deep = True
@@ -299,9 +299,9 @@ class Cutter:
             if len(combs) < FEW_COMBS:
                 combs += self._combs(support)
             cuts += combs
-            self.deep = self.deep or (deepen and not cuts)
+            self.deep = self.deep or (bool(keyholes) and not cuts)
             if self.deep:
-                cuts += self._local(support)
+                cuts += self._local(support, keyholes)
         self.improve(support)
         return self._enter(cuts)
 
@@ -330,18 +330,18 @@ class Cutter:
             found += comb_cuts(support, other, handles, self.threads)
         return [cut for _, cut in found[:MOST]]
 
-    def _local(self, support: Support) -> list[Cut]:
+    def _local(self, support: Support, keyholes: Sequence[int]) -> list[Cut]:
         found: list[Cut] = []
-        for most in KEYHOLES:
+        for most in keyholes:
             found += self.keyholes.cuts(support, most)
             if len(found) >= FEW_LOCAL:
                 break
         return found
 
-    def _stalled(self, progress: Gains) -> bool:
+    def _stalled(self, progress: Gains, last: bool) -> bool:
         gained, cost, value = progress.gained, self.incumbent.cost, self.lp.objective
         gap = max(cost - value, 0.0) if cost is not None else abs(value) * 0.01
-        least = TAIL if self.problem.size <= LARGE else LONG_TAIL
+        least = LONG_TAIL if last and self.problem.size > LARGE else TAIL
         return gained is not None and gained < least * gap
 
     def _price_neighbours(self) -> bool:

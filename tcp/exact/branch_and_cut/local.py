@@ -23,15 +23,17 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, field
+from hashlib import blake2b
 from math import gcd
 
-import highspy
 import numpy as np
 
-from tcp.exact.branch_and_cut.cuts import Cut, adjacency_lists, smaller_side
+from tcp.exact.branch_and_cut.covering import extended, minimised, opened, solution
+from tcp.exact.branch_and_cut.cuts import Cut, smaller_side
 from tcp.exact.branch_and_cut.proof import Floats
-from tcp.exact.branch_and_cut.support import Support, components, groups
-from tcp.jit import cached
+from tcp.exact.branch_and_cut.support import Support, groups
+from tcp.exact.branch_and_cut.views import VIEWS, Shrunk
+from tcp.jit import allocating
 from tcp.travel import Ints
 
 VIOLATION = 0.004
@@ -47,43 +49,15 @@ PARTS = 16
 """Most parts of a local cut: certificates know no more."""
 
 MEMORY = 100_000
-"""Most views remembered."""
+"""Most sights remembered."""
 
 LARGEST_WEIGHT = 60
 """Weights are fractions; the smallest is made a whole number up to this."""
 
 
-@dataclass(frozen=True, eq=False)
-class Shrunk:
-    """The support graph over atoms: which atom holds a node, and edges between atoms."""
-
-    atom: Ints
-    count: int
-    ptr: Ints
-    other: Ints
-    weight: Floats
-
-    @classmethod
-    def of(cls, support: Support, ends_apart: bool) -> Shrunk:
-        """Atoms are paths of edges with x = 1; ``ends_apart`` cuts one end off each path."""
-        one = support.x > 1.0 - 1e-6
-        atom = components(support.size, support.i[one], support.j[one])
-        if ends_apart:
-            degree = np.bincount(
-                np.concatenate((support.i[one], support.j[one])), minlength=support.size
-            )
-            ends = np.nonzero(degree == 1)[0]
-            _, first = np.unique(atom[ends], return_index=True)
-            atom[ends[first]] = atom.max() + 1 + np.arange(len(first))
-        p, q = atom[support.i], atom[support.j]
-        between = p != q
-        ptr, other, edge = adjacency_lists(p[between], q[between], int(atom.max()) + 1)
-        return cls(atom, int(atom.max()) + 1, ptr, other, support.x[between][edge])
-
-
 @dataclass
 class Keyholes:
-    """The search for local cuts; remembers views in which nothing is violated.
+    """The search for local cuts; remembers what it saw where nothing was violated.
 
     Parameters
     ----------
@@ -109,11 +83,11 @@ class Keyholes:
             and space grow as ``2 ** most``.
         """
         found: dict[bytes, tuple[float, Cut]] = {}
-        for ends_apart in (False, True):
-            graph = Shrunk.of(support, ends_apart)
+        for view in VIEWS:
+            graph = Shrunk.of(support, view)
             members = groups(graph.atom)
             chunks = list(_keyholes(graph, most))
-            for chunk, view, seen in zip(chunks, *self._looks(graph, chunks), strict=True):
+            for chunk, name, seen in zip(chunks, *self._looks(graph, chunks), strict=True):
                 if seen is None:
                     continue
                 value, sets, weights = seen
@@ -121,7 +95,7 @@ class Keyholes:
                 if value < 1.0 - VIOLATION:
                     cut = _cut(chunk, members, sets, weights, support.size)
                 if cut is None:
-                    self.clean.add(view)
+                    self.clean.add(name)
                 else:
                     found[cut.key] = (value, cut)
         if len(self.clean) > MEMORY:
@@ -131,14 +105,14 @@ class Keyholes:
     def _looks(
         self, graph: Shrunk, chunks: list[Ints]
     ) -> tuple[list[bytes], list[tuple[float, Ints, Floats] | None]]:
-        """The name of each view, and what is seen there: None if it is known, or time is up."""
+        """The name of each sight, and what it shows: None if it is known, or time is up."""
         values = [_seen(graph, chunk) for chunk in chunks]
-        views = [np.round(x, 5).tobytes() for x in values]
+        names = [blake2b(np.round(x, 5).tobytes(), digest_size=16).digest() for x in values]
 
-        def look(x: Floats, view: bytes) -> tuple[float, Ints, Floats] | None:
-            return None if view in self.clean or self.stop() else _separated(x)
+        def look(x: Floats, name: bytes) -> tuple[float, Ints, Floats] | None:
+            return None if name in self.clean or self.stop() else _separated(x)
 
-        return views, list(self.threads.map(look, values, views))
+        return names, list(self.threads.map(look, values, names))
 
 
 # --- where to look -----------------------------------------------------------
@@ -158,7 +132,7 @@ def _keyholes(graph: Shrunk, most: int) -> Iterator[Ints]:
             yield chunk
 
 
-@cached(nogil=True)
+@allocating
 def _grown(ptr: Ints, other: Ints, weight: Floats, seed: int, size: int) -> Ints:
     """Up to ``size`` atoms: always the one that most weight ties to those before it."""
     chunk = np.empty(size, np.int64)
@@ -179,7 +153,10 @@ def _grown(ptr: Ints, other: Ints, weight: Floats, seed: int, size: int) -> Ints
         count += 1
         for e in range(ptr[v], ptr[v + 1]):
             u = other[e]
-            if (chunk[:count] == u).any():
+            inside = False
+            for k in range(count):
+                inside = inside or chunk[k] == u
+            if inside:
                 continue
             at = 0
             while at < known and near[at] != u:
@@ -208,51 +185,35 @@ def _seen(graph: Shrunk, chunk: Ints) -> Floats:
 # --- what can be seen there ------------------------------------------------------
 
 
+@allocating
 def _separated(x: Floats) -> tuple[float, Ints, Floats]:
     """The least of ``sum weight_S x(delta(S))`` over weights with at least 1 for every tour.
 
-    Returns the value, the sets with positive weight as bit masks of atoms (the
-    rest of the graph is in none), and their weights.  The value is 1 where
+    Returns the value, sets as bit masks of atoms (the rest of the graph is in
+    none), and their weights.  The value is 1 where
     nothing is violated: no more than 1 - VIOLATION, or nothing was found in time.
     """
-    values = _boundaries(x)
-    sets = np.nonzero(values < LIGHT + 1e-6)[0]
-    sets = sets[sets > 0]
-    h = highspy.Highs()
-    h.silent()
-    for option, setting in {"presolve": "off", "solver": "simplex", "threads": 1}.items():
-        h.setOptionValue(option, setting)
-    columns = np.arange(len(sets), dtype=np.int32)
-    h.addVars(len(sets), np.zeros(len(sets)), np.full(len(sets), highspy.kHighsInf))
-    h.changeColsCost(len(sets), columns, values[sets])
-    weights = np.zeros(len(sets))
-    tours = _short_tours(1.0 - np.minimum(x, 1.0), np.inf)
+    sets, values = _light(x)
+    nonbasic = np.arange(len(sets))
+    basic = np.zeros(0, np.int64)
+    dictionary = opened(values)
+    tours = _short_tours(-x, np.inf)
     for _ in range(ROUNDS):
-        if not len(tours):
-            used = weights > 1e-9
-            return h.getInfo().objective_function_value, sets[used], weights[used]
-        rows = len(tours)
-        h.addRows(
-            rows,
-            np.ones(rows),
-            np.full(rows, highspy.kHighsInf),
-            rows * len(sets),
-            np.arange(rows, dtype=np.int32) * len(sets),
-            np.tile(columns, rows),
-            _crossings(tours, sets).ravel(),
-        )
-        h.run()
-        solved = h.getModelStatus() == highspy.HighsModelStatus.kOptimal
-        if not solved or h.getInfo().objective_function_value > 1.0 - VIOLATION:
+        fresh = _crossings(tours, sets)
+        dictionary, basic = extended(dictionary, basic, nonbasic, fresh)
+        if not minimised(dictionary, basic, nonbasic, 1.0 - VIOLATION):
             break  # the value only grows
-        weights = np.array(h.getSolution().col_value)
+        weights = solution(dictionary, basic)
         tours = _too_short(_lengths(sets, weights, len(x)))
-    return 1.0, sets[:0], np.zeros(0)
+        if not len(tours):
+            return dictionary[-1, -1], sets, weights
+    return 1.0, sets, np.zeros(len(sets))
 
 
 def _cut(chunk: Ints, members: list[Ints], sets: Ints, weights: Floats, size: int) -> Cut | None:
     """The cut in whole numbers; None if they would be too large, or a set is all there is."""
-    whole = _whole(weights)
+    used = np.nonzero(weights)[0]
+    sets, whole = sets[used], _whole(weights[used])
     if whole is None:
         return None
     parts, kept = [], []
@@ -298,13 +259,14 @@ def _whole(weights: Floats) -> Ints | None:
     return None
 
 
+@allocating
 def _too_short(lengths: Floats) -> Ints:
     """Tours shorter than 1 if there are any: found quickly if possible, else by trying all."""
     tours = _short_tours(lengths, 1.0 - 1e-6)
     if not len(tours):
-        tour, length = shortest_tour(lengths)
-        if length < 1.0 - 1e-6:
-            return tour[None, :]
+        tour = np.empty((1, len(lengths)), np.int64)
+        if _held_karp(lengths, tour[0]) < 1.0 - 1e-6:
+            return tour
     return tours
 
 
@@ -314,7 +276,7 @@ def shortest_tour(lengths: Floats) -> tuple[Ints, float]:
     return tour, _held_karp(lengths, tour)
 
 
-@cached(nogil=True)
+@allocating
 def _short_tours(lengths: Floats, below: float) -> Ints:
     """Different tours shorter than ``below``: nearest neighbours from every atom, then 2-opt."""
     size = len(lengths)
@@ -340,20 +302,24 @@ def _short_tours(lengths: Floats, below: float) -> Ints:
                     d = tour[m + 1] if m + 1 < size else tour[0]
                     gain = lengths[a, b] + lengths[c, d] - lengths[a, c] - lengths[b, d]
                     if gain > 1e-9:
-                        tour[k + 1 : m + 1] = tour[k + 1 : m + 1][::-1].copy()
+                        for t in range((m - k) // 2):
+                            tour[k + 1 + t], tour[m - t] = tour[m - t], tour[k + 1 + t]
                         better = True
         length, key = 0.0, np.int64(0)
         for k in range(size):
             a, b = tour[k], tour[k + 1] if k + 1 < size else tour[0]
             length += lengths[a, b]
             key += ((1 << a) + (1 << b)) ** 3  # names the set of edges
-        if length < below and not (name[:count] == key).any():
+        fresh = length < below
+        for t in range(count):
+            fresh = fresh and name[t] != key
+        if fresh:
             name[count] = key
             count += 1
     return tours[:count]
 
 
-@cached(nogil=True)
+@allocating
 def _held_karp(lengths: Floats, tour: Ints) -> float:
     last = len(lengths) - 1
     full = (1 << last) - 1
@@ -388,26 +354,29 @@ def _held_karp(lengths: Floats, tour: Ints) -> float:
     return length
 
 
-@cached(nogil=True)
-def _boundaries(x: Floats) -> Floats:
-    """x(delta(S)) of every set of atoms without the last, by bit mask."""
+@allocating
+def _light(x: Floats) -> tuple[Ints, Floats]:
+    """The sets of atoms without the last, by bit mask, with x(delta(S)) up to LIGHT, and that."""
     last = len(x) - 1
-    degree = x.sum(axis=1)
     value = np.zeros(1 << last)
     for mask in range(1, 1 << last):
         low = 0
         while not mask >> low & 1:
             low += 1
         rest = mask & (mask - 1)
-        inner = 0.0
-        for k in range(low + 1, last):
-            if rest >> k & 1:
-                inner += x[low, k]
-        value[mask] = value[rest] + degree[low] - 2.0 * inner
-    return value
+        value[mask] = value[rest]
+        for k in range(last + 1):
+            value[mask] += -x[low, k] if rest >> k & 1 else x[low, k]
+    count = 0
+    sets = np.empty(1 << last, np.int64)
+    for mask in range(1, 1 << last):
+        if value[mask] < LIGHT + 1e-6:
+            sets[count], value[count] = mask, value[mask]
+            count += 1
+    return sets[:count].copy(), value[:count].copy()
 
 
-@cached(nogil=True)
+@allocating
 def _crossings(tours: Ints, sets: Ints) -> Floats:
     """How often each tour of the atoms crosses the boundary of each set."""
     count = np.zeros((len(tours), len(sets)))
@@ -421,7 +390,7 @@ def _crossings(tours: Ints, sets: Ints) -> Floats:
     return count
 
 
-@cached(nogil=True)
+@allocating
 def _lengths(sets: Ints, weights: Floats, size: int) -> Floats:
     """The metric that the weights make: the weight of all sets that separate two atoms."""
     total = np.zeros((size, size))

@@ -7,14 +7,14 @@ The process is deterministic: time only decides where it stops.
 from __future__ import annotations
 
 import heapq
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import reduce
 
 import numpy as np
 
 from tcp.exact.branch_and_cut.branching import Brancher, Decision
-from tcp.exact.branch_and_cut.cutting import Cutter, NodeResult
+from tcp.exact.branch_and_cut.cutting import KEYHOLES, LARGE, Cutter, NodeResult
 from tcp.exact.branch_and_cut.proof import Alive, Duals, Fixings, survivors, verdict
 from tcp.exact.branch_and_cut.relaxation import SetBranch, Snapshot
 from tcp.exact.branch_and_cut.support import Support
@@ -27,6 +27,9 @@ FEW = 60
 
 HARD = 8
 """Nodes, and its doubles, at which a tree is asked whether it needs local cuts at its root."""
+
+HARDER = 64
+"""Nodes in which a tree below local cuts should close its gap, or it gets more of them."""
 
 
 @dataclass(eq=False)
@@ -86,11 +89,11 @@ class Tree:
     stopped: bool = False
     processed: int = 0
     stuck: bool = False
-    doubt: int = field(default_factory=lambda: HARD)
+    deepened: int = 0
+    deepened_at: int = 0
 
     def __post_init__(self) -> None:
         self.brancher = Brancher(self.cutter.lp, self.cutter.threads)
-        self._at: int | None = None
         if not self.nodes:
             self._open(Node(Fixings.root(self.cutter.problem), (), 0, None))
 
@@ -105,12 +108,9 @@ class Tree:
         while self.heap and not self.stopped:
             following = self._step(following)
             self.processed += 1
-            if self.processed == self.doubt and self.heap and not self.stopped:
-                if self._hard():
-                    self._deepen()
-                    following = None
-                else:
-                    self.doubt *= 2
+            if self.heap and not self.stopped and self._hard():
+                self._deepen()
+                following = None
             self.stopped = self.stopped or (bool(self.heap) and self.reason() is not None)
             self.saved(self)
 
@@ -133,7 +133,7 @@ class Tree:
         if node.snapshot is not None and following is None:
             cutter.lp.restore(node.snapshot)
         before = cutter.incumbent.cost
-        result = cutter.process(node.fixings, node.branches)
+        result = cutter.process(node.fixings, node.branches, self._keyholes(at))
         self._record(node, result)
         if at == 0 and result.duals is not None and not result.infeasible:
             self.root_duals = result.duals
@@ -151,28 +151,47 @@ class Tree:
             return None
         return self._branch(at)
 
+    def _keyholes(self, at: int) -> Sequence[int]:
+        """Which local cuts a node gets: none, but at a large root and where all else failed."""
+        if at == 0 and self.cutter.problem.size > LARGE and not self.deepened:
+            return self._deeper()
+        return KEYHOLES[-1] if self.deepened >= max(len(KEYHOLES), 1) else ()
+
+    def _deeper(self) -> Sequence[int]:
+        """The keyholes for the next look at the root."""
+        self.deepened += 1
+        self.deepened_at = self.processed
+        return KEYHOLES[self.deepened - 1]
+
     def _hard(self) -> bool:
         """Whether more of the root's gap is open than a tree of so many nodes should leave.
 
-        Half of it may be after :data:`HARD` nodes, a quarter after twice as many, and so on.
+        Without local cuts half of it may be after :data:`HARD` nodes, a quarter after twice as
+        many, and so on.  With them what is open should vanish in :data:`HARDER` nodes.
         """
+        since = self.processed - self.deepened_at
+        if self.deepened >= len(KEYHOLES) or since not in (HARD << k for k in range(since)):
+            return False
         cost, bound, root = self.cutter.incumbent.cost, self.bound, self.nodes[0].bound
         if cost is None or bound is None:
             return True
-        return (cost - bound) * 2 * self.doubt > (cost - root) * HARD
+        if self.deepened:
+            return (cost - bound) * HARDER > (cost - root) * (HARDER - since)
+        return (cost - bound) * 2 * since > (cost - root) * HARD
 
     def _deepen(self) -> None:
-        """Look at the root again, now with local cuts; what it proves holds for every node."""
+        """Look at the root again, now with more local cuts; what it proves holds for every node."""
         cutter = self.cutter
         root = Fixings.root(cutter.problem)
         cutter.lp.enter(root, (), cutter.alive.keys)
-        result = cutter.process(root, (), deepen=True)
+        result = cutter.process(root, (), self._deeper())
         self.stopped, self.stuck = result.stopped, result.stuck
         if result.infeasible:
             self._close_all(result.duals)
         if result.duals is None or result.bound is None:
             return
         self.root_duals = result.duals
+        self.nodes[0].bound, self.nodes[0].duals = result.bound, result.duals
         snapshot = cutter.lp.snapshot()
         for _, _, at in self.heap:
             node = self.nodes[at]
