@@ -153,7 +153,7 @@ def test_a_tree_that_closes_its_gap_quickly_goes_without_local_cuts(nodes, close
 
 @pytest.mark.parametrize(
     ("nodes", "closed", "hard"),
-    [(8, 0.1, True), (8, 0.2, False), (32, 0.4, True), (32, 0.6, False), (64, 0.1, True)],
+    [(8, 0.0, False), (64, 0.4, True), (64, 0.6, False), (128, 0.6, True), (128, 0.8, False)],
 )
 def test_a_tree_below_local_cuts_that_closes_little_gets_more_of_them(nodes, closed, hard):
     tree = opened(1000, closed)

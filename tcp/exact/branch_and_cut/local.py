@@ -6,8 +6,8 @@ one more for all the rest.  Among all inequalities
     sum over sets S of atoms of weight_S x(delta(S)) >= 1,    weight_S >= 0,
 
 that hold for every tour of the atoms, a small LP finds one that x violates
-most; its rows are tours, found one at a time by the dynamic programme of Held
-and Karp.  Such an inequality holds for every tour of the nodes: weights on
+most; its rows are tours, found as they are needed, at last by the dynamic
+programme of Held and Karp.  Such an inequality holds for every tour of the nodes: weights on
 sets make a metric, so what a tour does within an atom costs nothing and
 skipping repeated visits costs no more.  Every violated subtour cut, comb,
 path inequality ... that the keyhole shows is found, and many that nobody named.
@@ -43,7 +43,7 @@ LIGHT = 4.0
 """Only sets with x(delta(S)) up to this get weights: heavier ones never did."""
 
 ROUNDS = 60
-"""Most LPs solved for one keyhole."""
+"""Most times that tours are added for one keyhole."""
 
 PARTS = 16
 """Most parts of a local cut: certificates know no more."""
@@ -190,8 +190,8 @@ def _separated(x: Floats) -> tuple[float, Ints, Floats]:
     """The least of ``sum weight_S x(delta(S))`` over weights with at least 1 for every tour.
 
     Returns the value, sets as bit masks of atoms (the rest of the graph is in
-    none), and their weights.  The value is 1 where
-    nothing is violated: no more than 1 - VIOLATION, or nothing was found in time.
+    none), and their weights.  The value is 1 where nothing is violated by more
+    than VIOLATION, or nothing was found in time.
     """
     sets, values = _light(x)
     nonbasic = np.arange(len(sets))

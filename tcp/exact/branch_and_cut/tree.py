@@ -25,11 +25,8 @@ FEW = 60
 """Eliminated instances keep at most this many pairs a node; otherwise none is eliminated."""
 
 
-HARD = 8
-"""Nodes, and its doubles, at which a tree is asked whether it needs local cuts at its root."""
-
-HARDER = 64
-"""Nodes in which a tree below local cuts should close its gap, or it gets more of them."""
+HARD, HARDER = 8, 64
+"""Nodes, and their doubles, at which a tree is asked whether its root needs local cuts, or more."""
 
 
 @dataclass(eq=False)
@@ -155,7 +152,7 @@ class Tree:
         """Which local cuts a node gets: none, but at a large root and where all else failed."""
         if at == 0 and self.cutter.problem.size > LARGE and not self.deepened:
             return self._deeper()
-        return KEYHOLES[-1] if self.deepened >= max(len(KEYHOLES), 1) else ()
+        return KEYHOLES[-1] if self.deepened == len(KEYHOLES) else ()
 
     def _deeper(self) -> Sequence[int]:
         """The keyholes for the next look at the root."""
@@ -166,18 +163,16 @@ class Tree:
     def _hard(self) -> bool:
         """Whether more of the root's gap is open than a tree of so many nodes should leave.
 
-        Without local cuts half of it may be after :data:`HARD` nodes, a quarter after twice as
-        many, and so on.  With them what is open should vanish in :data:`HARDER` nodes.
+        Half of it may be after :data:`HARD` nodes, a quarter after twice as many, and so on;
+        below local cuts after :data:`HARDER` nodes.
         """
-        since = self.processed - self.deepened_at
-        if self.deepened >= len(KEYHOLES) or since not in (HARD << k for k in range(since)):
+        nodes, first = self.processed - self.deepened_at, HARDER if self.deepened else HARD
+        if self.deepened >= len(KEYHOLES) or nodes not in (first << k for k in range(30)):
             return False
         cost, bound, root = self.cutter.incumbent.cost, self.bound, self.nodes[0].bound
         if cost is None or bound is None:
             return True
-        if self.deepened:
-            return (cost - bound) * HARDER > (cost - root) * (HARDER - since)
-        return (cost - bound) * 2 * since > (cost - root) * HARD
+        return (cost - bound) * 2 * nodes > (cost - root) * first
 
     def _deepen(self) -> None:
         """Look at the root again, now with more local cuts; what it proves holds for every node."""
