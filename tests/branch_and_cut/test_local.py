@@ -9,11 +9,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tcp.exact.branch_and_cut.local import PARTS, Keyholes, cut_of, shortest_tour
+from tcp.exact.branch_and_cut.keyholes import Growing
+from tcp.exact.branch_and_cut.local import PARTS, cut_of, shortest_tour
 from tcp.exact.branch_and_cut.support import Support
+from tests.branch_and_cut.test_keyholes import keyholes
 from tests.branch_and_cut.test_separation import (
     SIZE,
-    THREADS,
     TOURS,
     assert_holds_for_all_tours,
     half_integral,
@@ -23,7 +24,7 @@ from tests.branch_and_cut.test_separation import (
 
 
 def cuts_of(support: Support, most: int = 10):
-    return Keyholes(lambda: False, THREADS).cuts(support, most)
+    return keyholes().cuts(support, [], [Growing(most)])
 
 
 @settings(max_examples=100, deadline=None)
@@ -78,19 +79,6 @@ def test_what_a_comb_sees_a_keyhole_sees(size):
     cuts = cuts_of(support)
     assert cuts
     assert all(left(support, cut) < cut.rhs - 1e-3 for cut in cuts)
-
-
-def test_views_without_violation_are_not_searched_again(monkeypatch):
-    support = mixture(SIZE, 5, 1)
-    keyholes = Keyholes(lambda: False, THREADS)
-    first = keyholes.cuts(support, 8)
-    searched = len(keyholes.clean)
-    assert keyholes.cuts(support, 8) == first
-    assert len(keyholes.clean) == searched
-
-
-def test_a_stop_ends_the_search():
-    assert Keyholes(lambda: True, THREADS).cuts(half_integral(12, 1), 10) == []
 
 
 def test_more_parts_than_certificates_know_are_refused():

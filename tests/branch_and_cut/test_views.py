@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from tcp.exact.branch_and_cut import local
+from tcp.exact.branch_and_cut import views
+from tcp.exact.branch_and_cut.keyholes import Growing
 from tcp.exact.branch_and_cut.support import Support, groups
 from tcp.exact.branch_and_cut.views import ONE, VIEWS, Shrunk, View
-from tests.branch_and_cut.test_separation import THREADS, half_integral, left
+from tests.branch_and_cut.test_keyholes import keyholes
+from tests.branch_and_cut.test_separation import half_integral, left
 
 
 def support_of(size: int, edges: dict[tuple[int, int], float]) -> Support:
@@ -101,10 +103,10 @@ def test_what_is_hidden_from_near_is_seen_from_afar(monkeypatch):
     support = support_of(base.size, edges)
 
     def seen():
-        return local.Keyholes(lambda: False, THREADS).cuts(support, 10)
+        return keyholes().cuts(support, [], [Growing(10)])
 
     cuts = seen()
     assert cuts
     assert all(left(support, cut) < cut.rhs - 1e-3 for cut in cuts)
-    monkeypatch.setattr(local, "VIEWS", VIEWS[:2])
+    monkeypatch.setattr(views, "VIEWS", VIEWS[:2])
     assert seen() == []

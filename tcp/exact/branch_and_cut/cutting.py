@@ -19,7 +19,7 @@ from tcp.exact.branch_and_cut.cuts import Cut, Family
 from tcp.exact.branch_and_cut.guide import joined
 from tcp.exact.branch_and_cut.handles import fractional_handles
 from tcp.exact.branch_and_cut.inward import Mean
-from tcp.exact.branch_and_cut.local import Keyholes
+from tcp.exact.branch_and_cut.keyholes import Keyholes, Step
 from tcp.exact.branch_and_cut.pool import Pool, violation
 from tcp.exact.branch_and_cut.pricing import Prices
 from tcp.exact.branch_and_cut.problem import Problem
@@ -64,11 +64,8 @@ FEW_COMBS = 10
 HAIR = 1e-7
 """Part of the cost within which the LP's value and the incumbent's count as equal."""
 
-KEYHOLES = ((8, 10, 12), (8, 10, 12, 14), (8, 10, 12, 14, 16))
-"""Sizes of the keyholes for local cuts: what is tried while few are found, then if that fails."""
-
-FEW_LOCAL = 5
-"""With so many local cuts no larger keyholes are tried."""
+TIGHT = 1e-5
+"""Cuts in the LP with less slack than this are tight."""
 
 POOLED_A_ROUND = 250
 """Most cuts that come back from the pool at once."""
@@ -159,24 +156,25 @@ class Cutter:
     improve: Callable[[Support], None] = lambda support: None
     polish: Callable[[], None] = lambda: None
     threads: Executor = field(default_factory=lambda: ThreadPoolExecutor(threads(2)))
+    rng: np.random.Generator = field(default_factory=lambda: np.random.default_rng(0))
     rounds: int = 0
 
     def __post_init__(self) -> None:
-        self.deep = False
+        self.deep = 0
         self.mean: Mean | None = None
-        self.keyholes = Keyholes(lambda: self.clock.reason() is not None, self.threads)
+        self.keyholes = Keyholes(self._out_of_time, self.threads, self.rng)
 
     # -- the loop ----------------------------------------------------------
 
     def process(
-        self, fixings: Fixings, branches: Sequence[SetBranch], keyholes: Sequence[int] = ()
+        self, fixings: Fixings, branches: Sequence[SetBranch], keyholes: Sequence[Step] = ()
     ) -> NodeResult:
         """Cut and price until the node closes or nothing helps; the LP is already entered.
 
-        Local cuts are sought only through ``keyholes`` of given sizes: they are dear, and
-        those of the root serve below it as well.
+        Local cuts are sought only in the given steps: they are dear, and those of the root
+        serve below it as well.
         """
-        self.deep = False
+        self.deep = 0
         self.mean = None if self.rounds else Mean()  # below the root it gains nothing
         best: tuple[float, Duals | None, int | None] = (-np.inf, None, None)
         progress = Gains()
@@ -190,7 +188,7 @@ class Cutter:
                     return result
                 progress.clear()
                 continue
-            stop = answer is not Answer.OPTIMAL or self.clock.reason() is not None
+            stop = answer is not Answer.OPTIMAL or self._out_of_time()
             support = self._support() if answer is Answer.OPTIMAL else None
             pending = False
             if support is not None and not stop and not self._reached():
@@ -218,6 +216,9 @@ class Cutter:
                 progress.priced = True
             elif not pending:
                 return self._refined(fixings, NodeResult(best[1], best[2]))
+
+    def _out_of_time(self) -> bool:
+        return self.clock.reason() is not None
 
     def _support(self) -> Support:
         return Support.of(self.problem.size, self.lp.i, self.lp.j, self.lp.x)
@@ -267,7 +268,7 @@ class Cutter:
 
     # -- separation ----------------------------------------------------------
 
-    def _separate(self, support: Support, progress: Gains, keyholes: Sequence[int]) -> bool:
+    def _separate(self, support: Support, progress: Gains, keyholes: Sequence[Step]) -> bool:
         """Add cuts; False if there are none, or if they have stopped to help.
 
         Combs cut off a point inward of the LP solution, then the solution itself.  Once
@@ -278,13 +279,13 @@ class Cutter:
             self.pool.add(apart)
             return self._enter(apart)
         progress.note(self.lp.objective)
-        if self._stalled(progress, last=self.deep or not keyholes):
+        if self._stalled(progress, last=self.deep >= len(keyholes)):
             if self.mean is not None:
                 self.mean = None
-            elif self.deep or not keyholes:
+            elif self.deep >= len(keyholes):
                 return False
             else:
-                self.deep = True
+                self.deep += 1
             progress.clear()
         if self._price_neighbours():
             progress.priced = True
@@ -299,7 +300,8 @@ class Cutter:
             if len(combs) < FEW_COMBS:
                 combs += self._combs(support)
             cuts += combs
-            self.deep = self.deep or (bool(keyholes) and not cuts)
+            if not cuts:
+                self.deep = max(self.deep, min(1, len(keyholes)))
             if self.deep:
                 cuts += self._local(support, keyholes)
         self.improve(support)
@@ -330,13 +332,9 @@ class Cutter:
             found += comb_cuts(support, other, handles, self.threads)
         return [cut for _, cut in found[:MOST]]
 
-    def _local(self, support: Support, keyholes: Sequence[int]) -> list[Cut]:
-        found: list[Cut] = []
-        for most in keyholes:
-            found += self.keyholes.cuts(support, most)
-            if len(found) >= FEW_LOCAL:
-                break
-        return found
+    def _local(self, support: Support, keyholes: Sequence[Step]) -> list[Cut]:
+        tight = [self.lp.cuts[k] for k in np.nonzero(self.lp.slack < TIGHT)[0].tolist()]
+        return self.keyholes.cuts(support, tight, keyholes, self.deep)
 
     def _stalled(self, progress: Gains, last: bool) -> bool:
         gained, cost, value = progress.gained, self.incumbent.cost, self.lp.objective

@@ -20,10 +20,7 @@ other cuts.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import Executor
-from dataclasses import dataclass, field
-from hashlib import blake2b
+from collections.abc import Sequence
 from math import gcd
 
 import numpy as np
@@ -31,8 +28,6 @@ import numpy as np
 from tcp.exact.branch_and_cut.covering import extended, minimised, opened, solution
 from tcp.exact.branch_and_cut.cuts import Cut, smaller_side
 from tcp.exact.branch_and_cut.proof import Floats
-from tcp.exact.branch_and_cut.support import Support, groups
-from tcp.exact.branch_and_cut.views import VIEWS, Shrunk
 from tcp.jit import allocating
 from tcp.travel import Ints
 
@@ -48,145 +43,12 @@ ROUNDS = 60
 PARTS = 16
 """Most parts of a local cut: certificates know no more."""
 
-MEMORY = 100_000
-"""Most sights remembered."""
-
 LARGEST_WEIGHT = 60
 """Weights are fractions; the smallest is made a whole number up to this."""
 
 
-@dataclass
-class Keyholes:
-    """The search for local cuts; remembers what it saw where nothing was violated.
-
-    Parameters
-    ----------
-    stop : callable
-        Asked between keyholes whether to leave.
-    threads : Executor
-        Look through different keyholes at a time.
-    """
-
-    stop: Callable[[], bool]
-    threads: Executor
-    clean: set[bytes] = field(default_factory=set)
-
-    def cuts(self, support: Support, most: int) -> list[Cut]:
-        """Violated cuts that keyholes of up to ``most`` atoms show, most violated first.
-
-        Parameters
-        ----------
-        support : Support
-            An LP solution, connected.
-        most : int
-            Atoms of a keyhole, the rest of the graph included; 4 to 16.  Time
-            and space grow as ``2 ** most``.
-        """
-        found: dict[bytes, tuple[float, Cut]] = {}
-        for view in VIEWS:
-            graph = Shrunk.of(support, view)
-            members = groups(graph.atom)
-            chunks = list(_keyholes(graph, most))
-            for chunk, name, seen in zip(chunks, *self._looks(graph, chunks), strict=True):
-                if seen is None:
-                    continue
-                value, sets, weights = seen
-                cut = None
-                if value < 1.0 - VIOLATION:
-                    cut = _cut(chunk, members, sets, weights, support.size)
-                if cut is None:
-                    self.clean.add(name)
-                else:
-                    found[cut.key] = (value, cut)
-        if len(self.clean) > MEMORY:
-            self.clean.clear()
-        return [cut for _, cut in sorted(found.values(), key=lambda item: item[0])]
-
-    def _looks(
-        self, graph: Shrunk, chunks: list[Ints]
-    ) -> tuple[list[bytes], list[tuple[float, Ints, Floats] | None]]:
-        """The name of each sight, and what it shows: None if it is known, or time is up."""
-        values = [_seen(graph, chunk) for chunk in chunks]
-        names = [blake2b(np.round(x, 5).tobytes(), digest_size=16).digest() for x in values]
-
-        def look(x: Floats, name: bytes) -> tuple[float, Ints, Floats] | None:
-            return None if name in self.clean or self.stop() else _separated(x)
-
-        return names, list(self.threads.map(look, values, names))
-
-
-# --- where to look -----------------------------------------------------------
-
-
-def _keyholes(graph: Shrunk, most: int) -> Iterator[Ints]:
-    """Different sets of atoms, one grown around every atom with fractional edges."""
-    seen = set()
-    for seed in range(graph.count):
-        near = graph.weight[graph.ptr[seed] : graph.ptr[seed + 1]]
-        if (np.abs(near - 1.0) < 1e-6).all():
-            continue
-        chunk = _grown(graph.ptr, graph.other, graph.weight, seed, min(most, graph.count) - 1)
-        key = np.sort(chunk).tobytes()
-        if len(chunk) >= 3 and key not in seen:
-            seen.add(key)
-            yield chunk
-
-
 @allocating
-def _grown(ptr: Ints, other: Ints, weight: Floats, seed: int, size: int) -> Ints:
-    """Up to ``size`` atoms: always the one that most weight ties to those before it."""
-    chunk = np.empty(size, np.int64)
-    near = np.empty(len(other) + 1, np.int64)
-    pull = np.zeros(len(other) + 1)
-    near[0] = seed
-    known, count = 1, 0
-    while count < size:
-        best = -1
-        for k in range(known):
-            if near[k] >= 0 and (best < 0 or pull[k] > pull[best] + 1e-9):
-                best = k
-        if best < 0:
-            break
-        v = near[best]
-        near[best] = -1
-        chunk[count] = v
-        count += 1
-        for e in range(ptr[v], ptr[v + 1]):
-            u = other[e]
-            inside = False
-            for k in range(count):
-                inside = inside or chunk[k] == u
-            if inside:
-                continue
-            at = 0
-            while at < known and near[at] != u:
-                at += 1
-            if at == known:
-                near[at], pull[at] = u, 0.0
-                known += 1
-            pull[at] += weight[e]
-    return chunk[:count]
-
-
-def _seen(graph: Shrunk, chunk: Ints) -> Floats:
-    """Values between the atoms of a keyhole; the last row and column are the rest of the graph."""
-    rest = len(chunk)
-    place = {int(v): k for k, v in enumerate(chunk)}
-    x = np.zeros((rest + 1, rest + 1))
-    for v, k in place.items():
-        for e in range(graph.ptr[v], graph.ptr[v + 1]):
-            other = place.get(int(graph.other[e]), rest)
-            x[k, other] += graph.weight[e]
-            if other == rest:
-                x[rest, k] += graph.weight[e]
-    return x
-
-
-# --- what can be seen there ------------------------------------------------------
-
-
-@allocating
-def _separated(x: Floats) -> tuple[float, Ints, Floats]:
+def separated(x: Floats) -> tuple[float, Ints, Floats]:
     """The least of ``sum weight_S x(delta(S))`` over weights with at least 1 for every tour.
 
     Returns the value, sets as bit masks of atoms (the rest of the graph is in
@@ -210,7 +72,7 @@ def _separated(x: Floats) -> tuple[float, Ints, Floats]:
     return 1.0, sets, np.zeros(len(sets))
 
 
-def _cut(chunk: Ints, members: list[Ints], sets: Ints, weights: Floats, size: int) -> Cut | None:
+def cut_at(atoms: Sequence[Ints], sets: Ints, weights: Floats, size: int) -> Cut | None:
     """The cut in whole numbers; None if they would be too large, or a set is all there is."""
     used = np.nonzero(weights)[0]
     sets, whole = sets[used], _whole(weights[used])
@@ -218,7 +80,7 @@ def _cut(chunk: Ints, members: list[Ints], sets: Ints, weights: Floats, size: in
         return None
     parts, kept = [], []
     for mask, weight in zip(sets.tolist(), whole.tolist(), strict=True):
-        nodes = np.concatenate([members[v] for k, v in enumerate(chunk) if mask >> k & 1])
+        nodes = np.concatenate([nodes for k, nodes in enumerate(atoms) if mask >> k & 1])
         part = smaller_side(nodes, size)
         if len(part) > 1:  # the degree of a node is 2 in every solution
             parts.append(part)

@@ -121,7 +121,7 @@ class _Engine:
         if tour is not None:
             self.incumbent.offer(tour)
         lp = Relaxation(problem, first_pairs(problem, self.incumbent.tour), unit_of(problem))
-        cutter = Cutter(problem, lp, self.incumbent, self.clock)
+        cutter = Cutter(problem, lp, self.incumbent, self.clock, rng=rng.spawn(1)[0])
         cutter.improve = Repair(problem, self.incumbent, rng, self.clock)
         cutter.listen = self._proved_here
         self.tree = Tree(cutter, news=self._proved, saved=self._save)

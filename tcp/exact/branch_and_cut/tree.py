@@ -14,7 +14,8 @@ from functools import reduce
 import numpy as np
 
 from tcp.exact.branch_and_cut.branching import Brancher, Decision
-from tcp.exact.branch_and_cut.cutting import KEYHOLES, LARGE, Cutter, NodeResult
+from tcp.exact.branch_and_cut.cutting import LARGE, Cutter, NodeResult
+from tcp.exact.branch_and_cut.keyholes import LEVELS, Step
 from tcp.exact.branch_and_cut.proof import Alive, Duals, Fixings, survivors, verdict
 from tcp.exact.branch_and_cut.relaxation import SetBranch, Snapshot
 from tcp.exact.branch_and_cut.support import Support
@@ -25,7 +26,7 @@ FEW = 60
 """Eliminated instances keep at most this many pairs a node; otherwise none is eliminated."""
 
 
-HARD, HARDER = 8, 64
+HARD, HARDER = 8, 32
 """Nodes, and their doubles, at which a tree is asked whether its root needs local cuts, or more."""
 
 
@@ -148,17 +149,17 @@ class Tree:
             return None
         return self._branch(at)
 
-    def _keyholes(self, at: int) -> Sequence[int]:
+    def _keyholes(self, at: int) -> Sequence[Step]:
         """Which local cuts a node gets: none, but at a large root and where all else failed."""
         if at == 0 and self.cutter.problem.size > LARGE and not self.deepened:
             return self._deeper()
-        return KEYHOLES[-1] if self.deepened == len(KEYHOLES) else ()
+        return LEVELS[0] if self.deepened == len(LEVELS) else ()
 
-    def _deeper(self) -> Sequence[int]:
+    def _deeper(self) -> Sequence[Step]:
         """The keyholes for the next look at the root."""
         self.deepened += 1
         self.deepened_at = self.processed
-        return KEYHOLES[self.deepened - 1]
+        return LEVELS[self.deepened - 1]
 
     def _hard(self) -> bool:
         """Whether more of the root's gap is open than a tree of so many nodes should leave.
@@ -167,7 +168,7 @@ class Tree:
         below local cuts after :data:`HARDER` nodes.
         """
         nodes, first = self.processed - self.deepened_at, HARDER if self.deepened else HARD
-        if self.deepened >= len(KEYHOLES) or nodes not in (first << k for k in range(30)):
+        if self.deepened >= len(LEVELS) or nodes not in (first << k for k in range(30)):
             return False
         cost, bound, root = self.cutter.incumbent.cost, self.bound, self.nodes[0].bound
         if cost is None or bound is None:

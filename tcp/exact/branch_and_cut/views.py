@@ -8,14 +8,19 @@ found over any atoms holds for all tours.
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
 
 from tcp.exact.branch_and_cut.cuts import adjacency_lists
 from tcp.exact.branch_and_cut.proof import Floats
-from tcp.exact.branch_and_cut.support import Support, components
+from tcp.exact.branch_and_cut.sights import Sight, between
+from tcp.exact.branch_and_cut.support import Support, components, groups
+from tcp.jit import allocating
 from tcp.travel import Ints
+
+Favour = Callable[[int], Floats]
 
 
 @dataclass(frozen=True)
@@ -99,3 +104,77 @@ def _pairs(support: Support, atom: Ints) -> tuple[Ints, Ints]:
             pairs.append(pair)
     first, second = np.array(pairs, np.int64).reshape(-1, 2).T
     return first, second
+
+
+def sights(support: Support, view: View, most: int, favour: Favour = np.ones) -> Iterator[Sight]:
+    """Sights of up to ``most`` atoms, the rest of the graph included.
+
+    Parameters
+    ----------
+    support : Support
+        An LP solution, connected.
+    view : View
+        What is an atom.
+    most : int
+        Atoms of a keyhole, 4 to 16.
+    favour : callable
+        Makes a factor for each of so many atoms, by which it is preferred in growing;
+        without it all are alike.
+    """
+    graph = Shrunk.of(support, view)
+    members = groups(graph.atom)
+    for chunk in _keyholes(graph, most, favour(graph.count)):
+        x = between(graph.ptr, graph.other, graph.weight, chunk, np.arange(len(chunk)))
+        yield Sight(x, [members[v] for v in chunk])
+
+
+def _keyholes(graph: Shrunk, most: int, favour: Floats) -> Iterator[Ints]:
+    """Different sets of atoms, one grown around every atom with fractional edges."""
+    seen = set()
+    for seed in range(graph.count):
+        near = graph.weight[graph.ptr[seed] : graph.ptr[seed + 1]]
+        if (np.abs(near - 1.0) < 1e-6).all():
+            continue
+        chunk = _grown(
+            graph.ptr, graph.other, graph.weight, favour, seed, min(most, graph.count) - 1
+        )
+        key = np.sort(chunk).tobytes()
+        if len(chunk) >= 3 and key not in seen:
+            seen.add(key)
+            yield chunk
+
+
+@allocating
+def _grown(ptr: Ints, other: Ints, weight: Floats, favour: Floats, seed: int, size: int) -> Ints:
+    """Up to ``size`` atoms: always the one that most weight ties to those before it."""
+    chunk = np.empty(size, np.int64)
+    near = np.empty(len(other) + 1, np.int64)
+    pull = np.zeros(len(other) + 1)
+    near[0] = seed
+    known, count = 1, 0
+    while count < size:
+        best = -1
+        for k in range(known):
+            if near[k] >= 0 and (best < 0 or pull[k] > pull[best] + 1e-9):
+                best = k
+        if best < 0:
+            break
+        v = near[best]
+        near[best] = -1
+        chunk[count] = v
+        count += 1
+        for e in range(ptr[v], ptr[v + 1]):
+            u = other[e]
+            inside = False
+            for k in range(count):
+                inside = inside or chunk[k] == u
+            if inside:
+                continue
+            at = 0
+            while at < known and near[at] != u:
+                at += 1
+            if at == known:
+                near[at], pull[at] = u, 0.0
+                known += 1
+            pull[at] += weight[e] * favour[u]
+    return chunk[:count]

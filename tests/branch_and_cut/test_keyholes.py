@@ -1,0 +1,72 @@
+"""The search for local cuts: what it remembers, when it goes on, and when it stops."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from tcp.exact.branch_and_cut.keyholes import FEW, LEVELS, Growing, Keyholes, Meeting
+from tcp.exact.branch_and_cut.support import Support
+from tests.branch_and_cut.test_separation import SIZE, THREADS, TOURS, half_integral
+
+
+def keyholes(stopped: bool = False, seed: int = 0) -> Keyholes:
+    return Keyholes(lambda: stopped, THREADS, np.random.default_rng(seed))
+
+
+def mean_of_tours(seed: int) -> Support:
+    """A point of the tours' convex hull: nothing is violated."""
+    x = np.zeros((SIZE, SIZE))
+    for tour in TOURS[np.random.default_rng(seed).choice(len(TOURS), 4, False)]:
+        following = np.roll(tour, -1)
+        np.add.at(x, (np.minimum(tour, following), np.maximum(tour, following)), 0.25)
+    i, j = np.nonzero(x)
+    return Support.of(SIZE, i, j, x[i, j])
+
+
+def test_sights_without_violation_are_not_looked_at_again(monkeypatch):
+    support, looking = mean_of_tours(5), keyholes()
+    assert looking.cuts(support, [], [Growing(6)]) == []
+    assert looking.clean
+    monkeypatch.setattr(looking, "_look", lambda sight: pytest.fail("looked at again"))
+    assert looking.cuts(support, [], [Growing(6)]) == []
+
+
+def test_a_stop_ends_the_search_and_nothing_is_called_clean():
+    looking = keyholes(stopped=True)
+    assert looking.cuts(half_integral(12, 1), [], [Growing(10)]) == []
+    assert not looking.clean
+
+
+@pytest.mark.parametrize(("found", "least", "steps"), [(FEW, 1, 1), (FEW - 1, 1, 2), (FEW, 2, 2)])
+def test_further_steps_are_taken_while_few_cuts_are_found(monkeypatch, found, least, steps):
+    taken = []
+
+    def seen(sights, size):
+        taken.append(list(sights))
+        return [object()] * found
+
+    looking = keyholes()
+    monkeypatch.setattr(looking, "seen", seen)
+    looking.cuts(
+        half_integral(12, 1), [], [Growing(6), Growing(8), Growing(10)][: least + 1], least
+    )
+    assert len(taken) == steps
+
+
+def test_chance_shows_other_sights_and_the_same_for_the_same_seed():
+    support = half_integral(60, seed=1)
+
+    def names(looking: Keyholes, step: Growing) -> list[bytes]:
+        return [sight.name for sight in looking._sights(step, support, [])]
+
+    plain, chance = Growing(10), Growing(10, chance=True)
+    assert names(keyholes(seed=1), plain) == names(keyholes(seed=2), plain)
+    assert names(keyholes(seed=1), chance) == names(keyholes(seed=1), chance)
+    assert set(names(keyholes(seed=1), chance)) - set(names(keyholes(seed=2), chance))
+
+
+def test_all_steps_keep_to_the_parts_that_certificates_know():
+    steps = [step for level in LEVELS for step in level]
+    assert all(4 <= step.most <= 16 for step in steps)
+    assert all(step.least <= step.most for step in steps if isinstance(step, Meeting))
