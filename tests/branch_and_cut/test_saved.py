@@ -50,6 +50,23 @@ def test_the_root_is_saved_while_it_is_cut(tmp_path, monkeypatch):
     assert outcome.bound >= max(low for low, _ in within)
 
 
+def test_a_resumed_tree_asks_whether_it_is_hard_by_the_gap_it_was_left_with(tmp_path, monkeypatch):
+    """The root of a saved tree has no bound of its own; zero would make every tree look easy."""
+    instance, path, asked = slow(), tmp_path / "state.json.gz", []
+    left = solve(instance, "branch-and-cut", stop=Stop(iterations=1), save_state=path)
+    assert 0 < left.bound < left.cost
+
+    def run(tree):
+        asked.append((tree.nodes[0].bound, tree.bound))
+        tree.processed = 8
+        asked.append(tree._hard())
+        tree.stopped = True
+
+    monkeypatch.setattr(engine.Tree, "run", run)
+    solve(instance, "branch-and-cut", resume=path)
+    assert asked == [(left.bound, left.bound), True]
+
+
 CHILD = """
 import sys
 sys.path.insert(0, sys.argv[2])

@@ -60,6 +60,8 @@ def replant(state: files.Certificate, tree: Tree, path: str | Path) -> None:
         tree.nodes.clear()
         tree.heap.clear()
         _grow(state, tree, at)
+        if tree.bound is not None:
+            tree.nodes[0].bound = tree.bound  # what is open now is the gap to measure by
     except (IndexError, ValueError, TypeError, OverflowError) as error:
         raise InputError(f"this state cannot be resumed ({error})", path) from None
 
