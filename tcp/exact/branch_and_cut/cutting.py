@@ -272,7 +272,8 @@ class Cutter:
         """Add cuts; False if there are none, or if they have stopped to help.
 
         Combs cut off a point inward of the LP solution, then the solution itself.  Once
-        that has stalled as well, local cuts are sought, if any are.
+        that has stalled as well, local cuts are sought: in one step, and in one more each
+        time that it stalls again.
         """
         apart = component_cuts(support)
         if apart:
