@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from tcp.exact.branch_and_cut.keyholes import FEW, LEVELS, Growing, Keyholes, Meeting
+from tcp.exact.branch_and_cut.local import PARTS
 from tcp.exact.branch_and_cut.support import Support
 from tests.branch_and_cut.test_separation import SIZE, THREADS, TOURS, half_integral
 
@@ -14,18 +15,18 @@ def keyholes(stopped: bool = False, seed: int = 0) -> Keyholes:
     return Keyholes(lambda: stopped, THREADS, np.random.default_rng(seed))
 
 
-def mean_of_tours(seed: int) -> Support:
-    """A point of the tours' convex hull: nothing is violated."""
+def mean_of_tours(seed: int, parts: int) -> Support:
+    """A point of the tours' convex hull: it satisfies every valid inequality."""
     x = np.zeros((SIZE, SIZE))
-    for tour in TOURS[np.random.default_rng(seed).choice(len(TOURS), 4, False)]:
+    for tour in TOURS[np.random.default_rng(seed).choice(len(TOURS), parts, False)]:
         following = np.roll(tour, -1)
-        np.add.at(x, (np.minimum(tour, following), np.maximum(tour, following)), 0.25)
+        np.add.at(x, (np.minimum(tour, following), np.maximum(tour, following)), 1.0 / parts)
     i, j = np.nonzero(x)
     return Support.of(SIZE, i, j, x[i, j])
 
 
 def test_sights_without_violation_are_not_looked_at_again(monkeypatch):
-    support, looking = mean_of_tours(5), keyholes()
+    support, looking = mean_of_tours(5, 4), keyholes()
     assert looking.cuts(support, [], [Growing(6)]) == []
     assert looking.clean
     monkeypatch.setattr(looking, "_look", lambda sight: pytest.fail("looked at again"))
@@ -68,5 +69,5 @@ def test_chance_shows_other_sights_and_the_same_for_the_same_seed():
 
 def test_all_steps_keep_to_the_parts_that_certificates_know():
     steps = [step for level in LEVELS for step in level]
-    assert all(4 <= step.most <= 16 for step in steps)
+    assert all(4 <= step.most <= PARTS for step in steps)
     assert all(step.least <= step.most for step in steps if isinstance(step, Meeting))

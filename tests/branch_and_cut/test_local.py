@@ -12,10 +12,9 @@ from hypothesis import strategies as st
 from tcp.exact.branch_and_cut.keyholes import Growing
 from tcp.exact.branch_and_cut.local import PARTS, cut_of, shortest_tour
 from tcp.exact.branch_and_cut.support import Support
-from tests.branch_and_cut.test_keyholes import keyholes
+from tests.branch_and_cut.test_keyholes import keyholes, mean_of_tours
 from tests.branch_and_cut.test_separation import (
     SIZE,
-    TOURS,
     assert_holds_for_all_tours,
     half_integral,
     left,
@@ -62,14 +61,7 @@ def test_local_cuts_are_violated_and_valid(seed, parts):
 @settings(max_examples=40, deadline=None)
 @given(seed=st.integers(0, 10**6), parts=st.integers(1, 4))
 def test_a_mixture_of_tours_violates_nothing(seed, parts):
-    """Points of the tours' convex hull satisfy every valid inequality."""
-    chosen = TOURS[np.random.default_rng(seed).choice(len(TOURS), parts, False)]
-    x = np.zeros((SIZE, SIZE))
-    for tour in chosen:
-        following = np.roll(tour, -1)
-        np.add.at(x, (np.minimum(tour, following), np.maximum(tour, following)), 1.0 / parts)
-    i, j = np.nonzero(x)
-    assert cuts_of(Support.of(SIZE, i, j, x[i, j])) == []
+    assert cuts_of(mean_of_tours(seed, parts)) == []
 
 
 @pytest.mark.parametrize("size", [9, 12, 15, 18])

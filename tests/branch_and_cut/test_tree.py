@@ -150,6 +150,18 @@ def test_a_tree_that_closes_its_gap_quickly_goes_without_local_cuts(nodes, close
     assert tree._hard() is hard
 
 
+@pytest.mark.parametrize(
+    ("nodes", "closed", "hard"),
+    [(8, 0.0, False), (32, 0.4, True), (32, 0.6, False), (64, 0.6, True), (64, 0.8, False)],
+)
+def test_a_tree_below_local_cuts_has_longer_to_close_its_gap(nodes, closed, hard):
+    tree = opened(1000, closed)
+    tree.processed = 100
+    tree._deeper()
+    tree.processed += nodes
+    assert tree._hard() is hard
+
+
 def test_a_tree_below_local_cuts_that_closes_little_gets_more_of_them():
     tree = opened(1000, 0.4)
     tree.processed = 100

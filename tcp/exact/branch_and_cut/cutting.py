@@ -301,8 +301,8 @@ class Cutter:
             if len(combs) < FEW_COMBS:
                 combs += self._combs(support)
             cuts += combs
-            if not cuts:
-                self.deep = max(self.deep, min(1, len(keyholes)))
+            if keyholes and not cuts:
+                self.deep = max(self.deep, 1)
             if self.deep:
                 cuts += self._local(support, keyholes)
         self.improve(support)

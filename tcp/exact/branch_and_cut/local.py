@@ -7,10 +7,11 @@ one more for all the rest.  Among all inequalities
 
 that hold for every tour of the atoms, a small LP finds one that x violates
 most; its rows are tours, found as they are needed, at last by the dynamic
-programme of Held and Karp.  Such an inequality holds for every tour of the nodes: weights on
-sets make a metric, so what a tour does within an atom costs nothing and
-skipping repeated visits costs no more.  Every violated subtour cut, comb,
-path inequality ... that the keyhole shows is found, and many that nobody named.
+programme of Held and Karp.  Such an inequality holds for every tour of the
+nodes: weights on sets make a metric, so what a tour does within an atom costs
+nothing and skipping repeated visits costs no more.  Every violated subtour cut,
+comb, path inequality ... that the keyhole shows is found, and many that nobody
+named.
 
 The idea is Applegate, Bixby, Chvatal and Cook's (2001, "TSP cuts which do not
 conform to the template paradigm"); to search among sums of set boundaries is

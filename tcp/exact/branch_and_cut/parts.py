@@ -12,7 +12,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from tcp.exact.branch_and_cut.cuts import Cut, Family
+from tcp.exact.branch_and_cut.cuts import Cut, Family, Nodes
 from tcp.exact.branch_and_cut.sights import Sight, between
 from tcp.exact.branch_and_cut.support import Support
 from tcp.jit import allocating
@@ -43,7 +43,7 @@ def sights(
     family = Family.of(cuts)
     first = np.searchsorted(family.owner, np.arange(len(cuts) + 1))
     weight = support.weight
-    for a, b in _pairs(family, first, support.size, partners).tolist():
+    for a, b in _pairs(cuts, support.size, partners).tolist():
         sets = np.arange(first[a], first[a + 1])
         if b != a:
             sets = np.concatenate((sets, np.arange(first[b], first[b + 1])))
@@ -56,17 +56,11 @@ def sights(
             yield Sight(x, np.split(nodes, ends[:-1]))
 
 
-def _pairs(family: Family, first: Ints, size: int, partners: int) -> Ints:
+def _pairs(cuts: Sequence[Cut], size: int, partners: int) -> Ints:
     """Every cut with itself, and with its partners."""
-    count = len(first) - 1
-    width = np.diff(family.ptr)
-    owner = np.repeat(family.owner, width)
-    held = np.unique(owner * size + family.nodes)
-    cut, node = np.divmod(held, size)
-    at = np.concatenate(([0], np.bincount(cut, minlength=count).cumsum()))
-    by_node = np.argsort(node, kind="stable")
-    with_node = np.concatenate(([0], np.bincount(node, minlength=size).cumsum()))
-    near = _partners(node, at, cut[by_node], with_node, partners)
+    count = len(cuts)
+    whole = Family.of([Cut.of([np.unique(cut.nodes)]) for cut in cuts])
+    near = _partners(whole.nodes, whole.ptr, *whole.membership(size), partners)
     pairs = np.stack((np.repeat(np.arange(count), partners), near.ravel()), axis=1)
     pairs = np.unique(np.sort(pairs[pairs[:, 1] >= 0], axis=1), axis=0)
     alone = np.arange(count)
@@ -74,7 +68,7 @@ def _pairs(family: Family, first: Ints, size: int, partners: int) -> Ints:
 
 
 @allocating
-def _partners(node: Ints, at: Ints, cut: Ints, with_node: Ints, most: int) -> Ints:
+def _partners(node: Nodes, at: Ints, with_node: Ints, cut: Ints, most: int) -> Ints:
     """For every cut up to ``most`` others: the greater the share of common nodes, the earlier.
 
     Cut c holds ``node[at[c]:at[c+1]]``; ``cut[with_node[v]:with_node[v+1]]`` hold node v.
@@ -108,7 +102,7 @@ def _partners(node: Ints, at: Ints, cut: Ints, with_node: Ints, most: int) -> In
 
 
 @allocating
-def _split(sets: Ints, ptr: Ints, nodes: Ints, size: int, most: int) -> tuple[Ints, Ints]:
+def _split(sets: Ints, ptr: Ints, nodes: Nodes, size: int, most: int) -> tuple[Ints, Ints]:
     """The parts into which sets split the nodes, one after the other, and where each ends.
 
     The nodes in no set are left out; if there are none, a part is.  With more than
