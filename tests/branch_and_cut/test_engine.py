@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 
 from tcp import Ends, Instance, Model, Rules, Status, Stop, Travel, Workpiece, solve
 from tcp.errors import UsageError
-from tcp.exact.branch_and_cut import tree
+from tcp.exact.branch_and_cut import cutting, tree
 from tcp.exact.branch_and_cut.relaxation import Answer, Relaxation
 from tcp.files import certificate as files
 from tcp.files.certificate import to_text
@@ -482,6 +482,34 @@ def test_a_simplex_run_that_loses_its_way_is_made_again(monkeypatch, lost):
     verdict = verified(instance)
     assert (verdict.lower, verdict.upper) == (plain.lower, plain.upper)
     assert len(runs) > 3
+
+
+def test_a_lost_simplex_run_goes_on_from_where_it_was(monkeypatch):
+    instance = Instance(scattered(60, 11), Travel(Model.EUCLIDEAN))
+    plain = solve(instance, "branch-and-cut", exact=True, seed=1)
+    losing_its_way(monkeypatch, lambda count: count % 2 == 1)  # the end of every first run
+    again = solve(instance, "branch-and-cut", exact=True, seed=1)
+    assert (again.cost, again.bound) == (plain.cost, plain.bound)
+    anew = 2 * plain.details["simplex_iterations"]  # at least, if every lost run began afresh
+    assert again.details["simplex_iterations"] < 0.6 * anew
+
+
+def test_pairs_enter_the_lp_at_a_solution_and_not_together_with_cuts(monkeypatch):
+    """With both at once the basis is good for neither simplex method."""
+    monkeypatch.setattr(cutting, "PRICE_EVERY", 3)
+    real, waiting = Relaxation.add_pairs, []
+
+    def add_pairs(self, keys):
+        count = len(self.keys)
+        real(self, keys)
+        if self.solved and len(self.keys) > count:
+            waiting.append(self._new_rows > 0)
+
+    monkeypatch.setattr(Relaxation, "add_pairs", add_pairs)
+    x, y = np.random.default_rng(1).integers(0, 1000, (2, 300))
+    instance = Instance(Workpiece("random", tuple(map(str, range(300))), x, y))
+    solve(instance, "branch-and-cut", exact=True, stop=Stop(iterations=1))
+    assert len(waiting) > 3 and not any(waiting)
 
 
 def test_a_simplex_method_that_is_lost_for_good_ends_the_search_and_says_so(monkeypatch):

@@ -193,7 +193,7 @@ class Cutter:
             pending = False
             if support is not None and not stop and not self._reached():
                 unpriced += 1
-                pending = self._separate(support, progress, keyholes)
+                pending = unpriced == PRICE_EVERY or self._separate(support, progress, keyholes)
                 if pending and unpriced < PRICE_EVERY:
                     continue
                 self._offer_integral(support)

@@ -50,6 +50,19 @@ ANSWERS = {
 DUAL, PRIMAL = 1, 4
 """HiGHS's numbers of the two simplex methods."""
 
+DEVEX, STEEPEST = 1, 2
+"""HiGHS's numbers of two ways to price dual infeasibilities."""
+
+STEEP = 0.01
+"""Share of new rows from which steepest edges pay: half the steps, for dear first weights."""
+
+RESCUES = ((DUAL, True), (PRIMAL, True), (DUAL, False), (PRIMAL, False))
+"""What to try where rounding errors leave no clear answer: from the last basis, from scratch.
+
+HiGHS stops where a step would bring it back to a basis it knows; with its memory cleared the
+few steps that are left are taken at once, while from scratch they are tens of thousands.
+"""
+
 
 @dataclass(frozen=True, eq=False)
 class Snapshot:
@@ -102,6 +115,7 @@ class Relaxation:
         self._fixings = Fixings.root(problem)
         self._branches: dict[bytes, SetBranch] = {}
         self._columns_are_new = False
+        self._new_rows = 0
         self.iterations = 0
         self._h = highs()
         size = problem.size
@@ -215,6 +229,7 @@ class Relaxation:
             self.place[cut.key] = len(self.cuts)
             self.cuts.append(cut)
         self._age = np.concatenate((self._age, np.zeros(len(new), np.int64)))
+        self._new_rows += len(new)
         return len(new)
 
     def age(self) -> list[Cut]:
@@ -317,12 +332,18 @@ class Relaxation:
         h = self._h
         limit = highspy.kHighsInf if seconds == float("inf") else h.getRunTime() + seconds
         h.setOptionValue("time_limit", limit)
+        steep = self._new_rows >= STEEP * (self.problem.size + len(self.cuts))
+        h.setOptionValue("simplex_dual_edge_weight_strategy", STEEPEST if steep else DEVEX)
         answer = self._run(PRIMAL if self._columns_are_new else DUAL)
-        self._columns_are_new = False
-        for strategy in (DUAL, PRIMAL):  # from scratch, where rounding errors spoil a basis
+        h.setOptionValue("simplex_dual_edge_weight_strategy", DEVEX)
+        self._columns_are_new, self._new_rows = False, 0
+        for strategy, warm in RESCUES:
             if answer is not Answer.LOST:
                 break
+            basis = h.getBasis()
             h.clearSolver()
+            if warm and basis.valid:
+                h.setBasis(basis)
             answer = self._run(strategy)
         if answer is Answer.OPTIMAL:
             self._read(h.getInfo().objective_function_value)
