@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tcp.exact.branch_and_cut.keyholes import FEW, LEVELS, Growing, Keyholes, Meeting
+from tcp.exact.branch_and_cut.cuts import Cut
+from tcp.exact.branch_and_cut.keyholes import FEW, LEVELS, MANY, Growing, Keyholes, Meeting
 from tcp.exact.branch_and_cut.local import PARTS
 from tcp.exact.branch_and_cut.support import Support
 from tests.branch_and_cut.test_separation import SIZE, THREADS, TOURS, half_integral
@@ -39,20 +40,37 @@ def test_a_stop_ends_the_search_and_nothing_is_called_clean():
     assert not looking.clean
 
 
-@pytest.mark.parametrize(("found", "least", "steps"), [(FEW, 1, 1), (FEW - 1, 1, 2), (FEW, 2, 2)])
+@pytest.mark.parametrize(
+    ("found", "least", "steps"),
+    [(FEW, 1, 1), (FEW - 1, 1, 2), (FEW, 2, 2), (MANY, 2, 1), (MANY // 2, 3, 2), (0, 2, 3)],
+)
 def test_further_steps_are_taken_while_few_cuts_are_found(monkeypatch, found, least, steps):
     taken = []
 
     def seen(sights, size):
         taken.append(list(sights))
-        return [object()] * found
+        first = len(taken) * found
+        return [Cut.of([[0, k + 1]]) for k in range(first, first + found)]
 
     looking = keyholes()
     monkeypatch.setattr(looking, "seen", seen)
-    looking.cuts(
-        half_integral(12, 1), [], [Growing(6), Growing(8), Growing(10)][: least + 1], least
-    )
-    assert len(taken) == steps
+    growing = [Growing(6), Growing(8), Growing(10)]
+    cuts = looking.cuts(half_integral(12, 1), [], growing[: max(least + 1, steps)], least)
+    assert len(taken) == steps and len(cuts) == steps * found
+
+
+def test_a_later_step_looks_nowhere_twice_and_counts_no_cut_again(monkeypatch):
+    looking, looks = keyholes(), []
+    real = looking._look
+    monkeypatch.setattr(looking, "_look", lambda sight: looks.append(sight.name) or real(sight))
+    support = half_integral(24, 1)
+    once = looking.cuts(support, [], [Growing(10)])
+    assert once
+    looking.clean.clear()
+    looks.clear()
+    again = looking.cuts(support, [], [Growing(10), Growing(10), Growing(10)], 3)
+    assert [cut.key for cut in again] == [cut.key for cut in once]
+    assert len(looks) == len(set(looks))
 
 
 def test_chance_shows_other_sights_and_the_same_for_the_same_seed():

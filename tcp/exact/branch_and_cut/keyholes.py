@@ -16,8 +16,8 @@ from tcp.exact.branch_and_cut.sights import Sight
 from tcp.exact.branch_and_cut.support import Support
 from tcp.travel import Ints
 
-FEW = 10
-"""With so many cuts no further step is taken."""
+FEW, MANY = 10, 250
+"""With so many cuts no step is taken that is not asked for; or none at all."""
 
 CHANCE = 0.9
 """Where growth is left to chance, an atom may be preferred by a factor down to 1 - CHANCE."""
@@ -44,6 +44,9 @@ class Growing:
 
 
 Step = Meeting | Growing
+
+Shown = tuple[float, Ints, Floats]
+"""What :func:`~tcp.exact.branch_and_cut.local.separated` finds."""
 
 LEVELS: tuple[tuple[Step, ...], ...] = (
     (Meeting(4, 4, 12), Growing(10), Growing(12)),
@@ -76,6 +79,7 @@ class Keyholes:
     threads: Executor
     rng: np.random.Generator
     clean: set[bytes] = field(default_factory=set)
+    shown: dict[bytes, Shown | None] = field(default_factory=dict)
 
     def cuts(
         self, support: Support, tight: Sequence[Cut], steps: Sequence[Step], least: int = 1
@@ -91,14 +95,17 @@ class Keyholes:
         steps : sequence of Meeting or Growing
             Where to look, in turn.
         least : int
-            So many steps are taken; more while fewer than :data:`FEW` cuts are found.
+            So many steps are taken while fewer than :data:`MANY` cuts are found; more while
+            fewer than :data:`FEW` are.
         """
-        found: list[Cut] = []
+        found: dict[bytes, Cut] = {}
+        self.shown = {}
         for k, step in enumerate(steps):
-            if k >= least and len(found) >= FEW:
+            if len(found) >= (MANY if k < least else FEW):
                 break
-            found += self.seen(self._sights(step, support, tight), support.size)
-        return found
+            for cut in self.seen(self._sights(step, support, tight), support.size):
+                found.setdefault(cut.key, cut)
+        return list(found.values())
 
     def _sights(self, step: Step, support: Support, tight: Sequence[Cut]) -> Iterator[Sight]:
         if isinstance(step, Meeting):
@@ -113,13 +120,18 @@ class Keyholes:
 
     def seen(self, sights: Iterable[Sight], size: int) -> list[Cut]:
         """Violated cuts on ``size`` nodes that sights show, most violated first."""
-        fresh = [(name, s) for s in sights if (name := s.name) not in self.clean]
-        different = dict(fresh)
-        looks = self.threads.map(self._look, different.values())
-        shown = dict(zip(different, looks, strict=True))
+        fresh, looks = [], {}
+        for sight in sights:
+            name = sight.name
+            if name in self.clean:
+                continue
+            fresh.append((name, sight))
+            if name not in self.shown and name not in looks:  # in a thread, while others are made
+                looks[name] = self.threads.submit(self._look, sight)
+        self.shown.update((name, look.result()) for name, look in looks.items())
         found: dict[bytes, tuple[float, Cut]] = {}
         for name, sight in fresh:
-            seen = shown[name]
+            seen = self.shown[name]
             if seen is None:
                 continue
             value, sets, weights = seen
@@ -132,6 +144,6 @@ class Keyholes:
             self.clean.clear()
         return [cut for _, cut in sorted(found.values(), key=lambda item: item[0])]
 
-    def _look(self, sight: Sight) -> tuple[float, Ints, Floats] | None:
+    def _look(self, sight: Sight) -> Shown | None:
         """What can be seen there; None if there is no time to look."""
         return None if self.stop() else separated(sight.x)

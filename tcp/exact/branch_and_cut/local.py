@@ -244,12 +244,11 @@ def _crossings(tours: Ints, sets: Ints) -> Floats:
     """How often each tour of the atoms crosses the boundary of each set."""
     count = np.zeros((len(tours), len(sets)))
     for t in range(len(tours)):
-        for s in range(len(sets)):
-            before = sets[s] >> tours[t, -1] & 1
-            for k in range(tours.shape[1]):
-                here = sets[s] >> tours[t, k] & 1
-                count[t, s] += before != here
-                before = here
+        before = tours[t, -1]
+        for here in tours[t]:
+            for s in range(len(sets)):  # innermost: several sets at a time
+                count[t, s] += (sets[s] >> before ^ sets[s] >> here) & 1
+            before = here
     return count
 
 

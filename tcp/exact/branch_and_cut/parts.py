@@ -9,6 +9,7 @@ has such atoms: they are large, and follow the structure that the cuts have foun
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from itertools import pairwise
 
 import numpy as np
 
@@ -53,7 +54,7 @@ def sights(
         if least <= len(ends) + 1 <= most:
             part = np.repeat(np.arange(len(ends)), np.diff(ends, prepend=0))
             x = between(support.ptr, support.other, weight, nodes, part)
-            yield Sight(x, np.split(nodes, ends[:-1]))
+            yield Sight(x, [nodes[a:b] for a, b in pairwise([0, *ends.tolist()])])
 
 
 def _pairs(cuts: Sequence[Cut], size: int, partners: int) -> Ints:
