@@ -13,7 +13,7 @@ from tcp.exact.branch_and_cut.problem import Problem
 from tcp.exact.branch_and_cut.proof import Alive, Fixings
 from tcp.exact.branch_and_cut.relaxation import Relaxation
 from tcp.exact.branch_and_cut.run import first_pairs, unit_of
-from tcp.exact.branch_and_cut.tree import Node, Tree
+from tcp.exact.branch_and_cut.tree import Node, Tree, _depth
 from tcp.files.certificate import to_text
 from tcp.instance import Instance
 from tcp.solve import solve
@@ -151,6 +151,40 @@ def test_a_tree_that_closes_its_gap_quickly_goes_without_local_cuts(nodes, close
 
 
 @pytest.mark.parametrize(
+    ("gains", "hard"),
+    [
+        ((100.0, 100.0), False),
+        ((50.0, 100.0), True),
+        ((np.inf, 10.0), False),  # no more than the gap can be gained
+        ((np.inf, 1.0), True),
+        ((0.0, 500.0), True),
+        ((-1e-9, 500.0), True),
+    ],
+)
+def test_a_root_whose_branch_gains_little_of_its_gap_is_hard_at_once(gains, hard):
+    tree = opened(1000, 0.0)
+    tree.forecast = _depth(1000, Decision(1, None, gains))
+    for tree.processed in (1, 2):
+        assert tree._hard() is (hard and tree.processed == 1)
+    tree.processed, tree.deepened = 1, len(LEVELS)
+    assert not tree._hard()
+
+
+def test_the_roots_branch_makes_the_forecast(monkeypatch):
+    x, y = np.random.default_rng(3).integers(0, 1000, (2, 150))
+    instance = Instance(Workpiece("piece", tuple(map(str, range(150))), x, y))
+    deepened, real = [], Tree._deepen
+    monkeypatch.setattr(Tree, "_deepen", lambda tree: deepened.append(tree.processed) or real(tree))
+    costs = []
+    for deep in (0.0, 1e9):
+        monkeypatch.setattr("tcp.exact.branch_and_cut.tree.DEEP", deep)
+        costs.append(solve(instance, "branch-and-cut", exact=True).cost)
+        assert (1 in deepened) is (deep == 0.0)
+        deepened.clear()
+    assert costs[0] == costs[1]
+
+
+@pytest.mark.parametrize(
     ("nodes", "closed", "hard"),
     [(8, 0.0, False), (32, 0.4, True), (32, 0.6, False), (64, 0.6, True), (64, 0.8, False)],
 )
@@ -175,6 +209,19 @@ def test_a_tree_below_local_cuts_that_closes_little_gets_more_of_them():
     tree.processed += 32
     assert not tree._hard()
     assert tree._keyholes(5) == LEVELS[0]
+
+
+@pytest.mark.parametrize("seconds", [None, 0.0])
+def test_routes_are_sought_beside_another_look_at_the_root(seconds):
+    x, y = np.random.default_rng(5).integers(0, 1000, (2, 30))
+    instance = Instance(Workpiece("piece", tuple(map(str, range(30))), x, y))
+    tree, heard = planted(Problem.of(instance), np.arange(31)), []
+    tree.cutter.clock = Clock(Stop(time=seconds))
+    tree.cutter.seek = lambda: heard.append(("sought", tree.nodes[0].bound))
+    tree.cutter.polish = lambda: heard.append(("found", tree.nodes[0].bound))
+    tree._deepen()
+    found = [("found", 0)] if seconds is None else []  # nothing is waited for when time is out
+    assert heard == [("sought", 0), *found]
 
 
 def test_what_the_root_proves_at_another_look_holds_for_all_nodes():

@@ -44,10 +44,10 @@ WINDOW = 8
 """Rounds over which progress is measured."""
 
 TAIL, LONG_TAIL = 0.02, 0.002
-"""Cutting stalls when a window of rounds closes less than this part of the gap."""
+"""Cutting stalls when a window of rounds closes less than this part of the gap.
 
-LARGE = 1_000
-"""Nodes above which the last tail is long: a branch closes next to nothing of such a gap."""
+The tail is long where no other cuts are left to be sought, and a branch closes next to nothing.
+"""
 
 PRICE_EVERY = 30
 """Rounds after which all pairs are priced even if cutting still helps: bounds on the way."""
@@ -154,6 +154,7 @@ class Cutter:
     alive: Alive = field(default_factory=Alive.everything)
     listen: Callable[[int, Duals], None] = lambda bound, duals: None
     improve: Callable[[Support], None] = lambda support: None
+    seek: Callable[[], None] = lambda: None
     polish: Callable[[], None] = lambda: None
     threads: Executor = field(default_factory=lambda: ThreadPoolExecutor(threads(2)))
     rng: np.random.Generator = field(default_factory=lambda: np.random.default_rng(0))
@@ -161,20 +162,26 @@ class Cutter:
 
     def __post_init__(self) -> None:
         self.deep = 0
+        self.tail = TAIL
         self.mean: Mean | None = None
         self.keyholes = Keyholes(self._out_of_time, self.threads, self.rng)
 
     # -- the loop ----------------------------------------------------------
 
     def process(
-        self, fixings: Fixings, branches: Sequence[SetBranch], keyholes: Sequence[Step] = ()
+        self,
+        fixings: Fixings,
+        branches: Sequence[SetBranch],
+        keyholes: Sequence[Step] = (),
+        patient: bool = False,
     ) -> NodeResult:
         """Cut and price until the node closes or nothing helps; the LP is already entered.
 
         Local cuts are sought only in the given steps: they are dear, and those of the root
-        serve below it as well.
+        serve below it as well.  Who is ``patient`` ends with a long tail.
         """
         self.deep = 0
+        self.tail = LONG_TAIL if patient else TAIL
         self.mean = None if self.rounds else Mean()  # below the root it gains nothing
         best: tuple[float, Duals | None, int | None] = (-np.inf, None, None)
         progress = Gains()
@@ -340,8 +347,7 @@ class Cutter:
     def _stalled(self, progress: Gains, last: bool) -> bool:
         gained, cost, value = progress.gained, self.incumbent.cost, self.lp.objective
         gap = max(cost - value, 0.0) if cost is not None else abs(value) * 0.01
-        least = LONG_TAIL if last and self.problem.size > LARGE else TAIL
-        return gained is not None and gained < least * gap
+        return gained is not None and gained < (self.tail if last else TAIL) * gap
 
     def _price_neighbours(self) -> bool:
         """Enter candidate pairs of negative reduced cost, while there are no eliminations."""

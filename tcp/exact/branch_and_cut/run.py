@@ -130,8 +130,8 @@ class _Engine:
         self._due = self.clock.elapsed
         self._save(self.tree)
         scout = Scout(problem, self.incumbent, rng.spawn(1)[0], self.clock)
-        cutter.polish = scout.hear
         if problem.size > LIGHT and self.incumbent.cost is not None:
+            cutter.seek, cutter.polish = scout.send, scout.hear
             scout.send()
         try:
             self.tree.run()

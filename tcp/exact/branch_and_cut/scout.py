@@ -1,4 +1,4 @@
-"""A search for better routes that goes on beside the first node's linear programmes."""
+"""A search for better routes that goes on beside the root's linear programmes."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from tcp.heuristics.local_search import improve
 from tcp.stop import Clock, Stop
 
 PART = 20
-"""Kicks are this part of the nodes' square: about what fits beside the first node's linear
+"""Kicks are this part of the nodes' square: about what fits beside the root's linear
 programmes, whose time grows as fast; to wait for more of them costs more than a better route saves.
 """
 

@@ -7,6 +7,7 @@ The process is deterministic: time only decides where it stops.
 from __future__ import annotations
 
 import heapq
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import reduce
@@ -14,7 +15,7 @@ from functools import reduce
 import numpy as np
 
 from tcp.exact.branch_and_cut.branching import Brancher, Decision
-from tcp.exact.branch_and_cut.cutting import LARGE, Cutter, NodeResult
+from tcp.exact.branch_and_cut.cutting import Cutter, NodeResult
 from tcp.exact.branch_and_cut.keyholes import LEVELS, Step
 from tcp.exact.branch_and_cut.proof import Alive, Duals, Fixings, survivors, verdict
 from tcp.exact.branch_and_cut.relaxation import SetBranch, Snapshot
@@ -26,8 +27,14 @@ FEW = 60
 """Eliminated instances keep at most this many pairs a node; otherwise none is eliminated."""
 
 
+LARGE = 1_000
+"""Nodes above which the root gets local cuts at once, and the last of them with patience."""
+
 HARD, HARDER = 8, 32
 """Nodes, and their doubles, at which a tree is asked whether its root needs local cuts, or more."""
+
+DEEP = 12.0
+"""A tree that seems to become deeper than this is hard from its root on."""
 
 
 @dataclass(eq=False)
@@ -89,6 +96,7 @@ class Tree:
     stuck: bool = False
     deepened: int = 0
     deepened_at: int = 0
+    forecast: float = 0.0
 
     def __post_init__(self) -> None:
         self.brancher = Brancher(self.cutter.lp, self.cutter.threads)
@@ -165,8 +173,10 @@ class Tree:
         """Whether more of the root's gap is open than a tree of so many nodes should leave.
 
         Half of it may be after :data:`HARD` nodes, a quarter after twice as many, and so on;
-        below local cuts after :data:`HARDER` nodes.
+        below local cuts after :data:`HARDER` nodes.  At the root its first branch tells.
         """
+        if self.processed == 1 and self.deepened < len(LEVELS) and self.forecast > DEEP:
+            return True
         nodes, first = self.processed - self.deepened_at, HARDER if self.deepened else HARD
         if self.deepened >= len(LEVELS) or nodes not in (first << k for k in range(30)):
             return False
@@ -179,9 +189,13 @@ class Tree:
         """Look at the root again, now with more local cuts; what it proves holds for every node."""
         cutter = self.cutter
         root = Fixings.root(cutter.problem)
+        cutter.seek()
         cutter.lp.enter(root, (), cutter.alive.keys)
-        result = cutter.process(root, (), self._deeper())
+        patient = cutter.problem.size > LARGE and self.deepened == len(LEVELS) - 1
+        result = cutter.process(root, (), self._deeper(), patient)
         self.stopped, self.stuck = result.stopped, result.stuck
+        if not self.stopped:
+            cutter.polish()
         if result.infeasible:
             self._close_all(result.duals)
         if result.duals is None or result.bound is None:
@@ -257,6 +271,8 @@ class Tree:
             self.stopped = self.stuck = True
             heapq.heappush(self.heap, (node.bound, node.depth, at))
             return None
+        if at == 0:
+            self.forecast = _depth(cutoff - node.bound, decision)
         snapshot = lp.snapshot()
         node.decision = decision
         first = len(self.nodes)
@@ -321,3 +337,9 @@ class Tree:
         waiting, self.heap = self.heap, []
         for _, _, at in waiting:
             self.admit(at)
+
+
+def _depth(gap: float, decision: Decision) -> float:
+    """How deep a tree becomes if every branch gains what this one does."""
+    down, up = (min(max(gain, 0.0), gap) for gain in decision.gains)
+    return gap / math.sqrt(down * up) if down * up > 0.0 else math.inf
