@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tcp.exact.branch_and_cut.keyholes import Growing
-from tcp.exact.branch_and_cut.local import PARTS, cut_of, shortest_tour
+from tcp.exact.branch_and_cut.local import PARTS, UNIT, cut_of, shortest_tour
 from tcp.exact.branch_and_cut.support import Support
 from tests.branch_and_cut.test_keyholes import keyholes, mean_of_tours
 from tests.branch_and_cut.test_separation import (
@@ -40,13 +40,23 @@ def test_the_right_hand_side_is_the_least_of_all_tours(seed):
 @settings(max_examples=50, deadline=None)
 @given(seed=st.integers(0, 10**6), size=st.integers(2, 7))
 def test_shortest_tours_agree_with_trying_all(seed, size):
-    lengths = np.random.default_rng(seed).integers(0, 50, (size, size)).astype(float)
+    lengths = np.random.default_rng(seed).integers(0, 50, (size, size)).astype(np.int32)
     lengths = lengths + lengths.T
     tour, length = shortest_tour(lengths)
     assert sorted(tour.tolist()) == list(range(size))
     assert lengths[tour, np.roll(tour, -1)].sum() == length
     tried = (np.array([0, *p]) for p in itertools.permutations(range(1, size)))
     assert length == min(lengths[t, np.roll(t, -1)].sum() for t in tried)
+
+
+@pytest.mark.parametrize("size", [2, 3, 8, 15, PARTS])
+@pytest.mark.parametrize("top", [5, UNIT // 2])
+def test_shortest_tours_along_a_line_go_there_and_back(size, top):
+    place = np.random.default_rng(size).integers(0, top + 1, size)
+    lengths = np.abs(place[:, None] - place).astype(np.int32)
+    tour, length = shortest_tour(lengths)
+    assert sorted(tour.tolist()) == list(range(size))
+    assert length == lengths[tour, np.roll(tour, -1)].sum() == 2 * np.ptp(place)
 
 
 @settings(max_examples=150, deadline=None)

@@ -25,6 +25,7 @@ from collections.abc import Sequence
 from math import gcd
 
 import numpy as np
+from numpy.typing import NDArray
 
 from tcp.exact.branch_and_cut.covering import extended, minimised, opened, solution
 from tcp.exact.branch_and_cut.cuts import Cut, smaller_side
@@ -43,6 +44,11 @@ ROUNDS = 60
 
 PARTS = 16
 """Most parts of a local cut: certificates know no more."""
+
+UNIT, FAR = 1 << 26, np.int32(1 << 30)
+"""The whole number that stands for the length 1 of a tour, and one that no tour exceeds."""
+
+Short = NDArray[np.int32]
 
 LARGEST_WEIGHT = 60
 """Weights are fractions; the smallest is made a whole number up to this."""
@@ -103,12 +109,11 @@ def cut_of(sets: Sequence[Ints], weights: Sequence[int], size: int) -> Cut:
     inside = np.array([np.isin(nodes, part) for part in sets])
     if len(nodes) < size:
         inside = np.pad(inside, ((0, 0), (0, 1)))  # the nodes in no set are a part as well
-    parts = np.unique(inside, axis=1).T.astype(np.float64)
+    parts = np.unique(inside, axis=1).T
     if len(parts) > PARTS:
         raise ValueError(f"a local cut has at most {PARTS} parts, not {len(parts)}")
-    lengths = np.abs(parts[:, None] - parts) @ np.array(weights, np.float64)
-    _, length = shortest_tour(lengths)
-    return Cut.weighted(sets, weights, round(length))
+    lengths = (parts[:, None] != parts) @ np.array(weights, np.int64)
+    return Cut.weighted(sets, weights, int(shortest_tour(lengths.astype(np.int32))[1]))
 
 
 def _whole(weights: Floats) -> Ints | None:
@@ -127,16 +132,11 @@ def _too_short(lengths: Floats) -> Ints:
     """Tours shorter than 1 if there are any: found quickly if possible, else by trying all."""
     tours = _short_tours(lengths, 1.0 - 1e-6)
     if not len(tours):
-        tour = np.empty((1, len(lengths)), np.int64)
-        if _held_karp(lengths, tour[0]) < 1.0 - 1e-6:
-            return tour
+        whole = np.rint(np.minimum(lengths, 1.0) * UNIT).astype(np.int32)
+        tour, length = shortest_tour(whole)
+        if length < (1.0 - 1e-6) * UNIT:
+            return tour.reshape(1, -1)
     return tours
-
-
-def shortest_tour(lengths: Floats) -> tuple[Ints, float]:
-    """A shortest closed tour of a few atoms, and its length (Held and Karp 1962)."""
-    tour = np.empty(len(lengths), np.int64)
-    return tour, _held_karp(lengths, tour)
 
 
 @allocating
@@ -183,38 +183,50 @@ def _short_tours(lengths: Floats, below: float) -> Ints:
 
 
 @allocating
-def _held_karp(lengths: Floats, tour: Ints) -> float:
+def shortest_tour(lengths: Short) -> tuple[Ints, int]:
+    """A shortest closed tour of up to PARTS atoms, and its length (Held and Karp 1962).
+
+    No tour may be longer than FAR.
+    """
     last = len(lengths) - 1
-    full = (1 << last) - 1
-    best = np.full((full + 1, last), np.inf)
-    before = np.full((full + 1, last), -1, np.int8)
+    best = _shortest_paths(lengths)
+    visited, end = (1 << last) - 1, 0
     for a in range(last):
-        best[1 << a, a] = lengths[last, a]
-    for visited in range(1, full):
-        for a in range(last):
-            value = best[visited, a]
-            if value == np.inf:
-                continue
-            for b in range(last):
-                if visited >> b & 1:
-                    continue
-                after = visited | 1 << b
-                if value + lengths[a, b] < best[after, b] - 1e-12:
-                    best[after, b] = value + lengths[a, b]
-                    before[after, b] = a
-    end = 0
-    for a in range(last):
-        if best[full, a] + lengths[a, last] < best[full, end] + lengths[end, last]:
+        if best[visited, a] + lengths[a, last] < best[visited, end] + lengths[end, last]:
             end = a
-    length = best[full, end] + lengths[end, last]
-    visited = full
+    length = best[visited, end] + lengths[end, last]
+    tour = np.empty(last + 1, np.int64)
     tour[0] = last
     for k in range(last):
         tour[k + 1] = end
-        earlier = before[visited, end]
-        visited ^= 1 << end
-        end = earlier
-    return length
+        before = visited ^ 1 << end
+        for a in range(last):
+            if best[before, a] + lengths[a, end] == best[visited, end]:
+                visited, end = before, a
+                break
+    return tour, length
+
+
+@allocating
+def _shortest_paths(lengths: Short) -> Short:
+    """From the last atom through a set of others, by bit mask, to each of them; else FAR."""
+    last = len(lengths) - 1
+    to = np.zeros((PARTS, PARTS), np.int32)  # always as many, so that the loop is unrolled
+    to[:last, :last] = lengths[:last, :last]
+    best = np.full((1 << last, PARTS), FAR, np.int32)
+    for a in range(last):
+        best[1 << a, a] = lengths[last, a]
+    for visited in range(3, 1 << last):
+        if not visited & (visited - 1):
+            continue
+        for b in range(last):
+            if visited >> b & 1:
+                before, way = best[visited ^ 1 << b], to[b]
+                low = FAR
+                for a in range(PARTS):
+                    low = min(low, np.int32(before[a] + way[a]))
+                best[visited, b] = low
+    return best
 
 
 @allocating

@@ -21,7 +21,7 @@ programmes, whose time grows as fast; to wait for more of them costs more than a
 """
 
 MOST_KICKS = 300_000
-"""Most kicks, however large the instance."""
+"""Most kicks, however large the instance; each time that more are asked for, four times as many."""
 
 
 @dataclass
@@ -36,6 +36,7 @@ class Scout:
     incumbent: Incumbent
     rng: np.random.Generator
     clock: Clock
+    most: int = MOST_KICKS
     _search: Callable[[], list[int]] | None = None
     _found: Future[list[int]] | None = None
     _thread: ThreadPoolExecutor = field(default_factory=lambda: ThreadPoolExecutor(1))
@@ -51,9 +52,10 @@ class Scout:
             self.incumbent.tour.tolist(),
             rng=self.rng,
             clock=self.clock,
-            kicks=min(self.problem.size**2 // PART, MOST_KICKS),
+            kicks=min(self.problem.size**2 // PART, self.most),
             workers=1,
         )
+        self.most *= 4
         if threads(2) > 1:
             self._found = self._thread.submit(self._search)
 
