@@ -87,3 +87,12 @@ def test_more_parts_than_certificates_know_are_refused():
     sets = [np.array([2 * k, 2 * k + 1]) for k in range(PARTS)]
     with pytest.raises(ValueError, match="at most"):
         cut_of(sets, [1] * PARTS, 2 * PARTS + 1)
+
+
+def test_weights_are_taken_as_long_as_tours_of_them_fit():
+    sets, most = [np.array([0, 1]), np.array([2, 3])], (1 << 30) // PARTS
+    for weight in (1, most // 2):
+        assert cut_of(sets, [weight] * 2, 9).rhs == 4 * weight
+    for weights in ([most, 1], [1 << 40, 1], [1 << 80, 1]):
+        with pytest.raises(ValueError, match="weights"):
+            cut_of(sets, weights, 9)

@@ -101,7 +101,7 @@ def cut_of(sets: Sequence[Ints], weights: Sequence[int], size: int) -> Cut:
     Raises
     ------
     ValueError
-        If the sets split the nodes into more than :data:`PARTS` parts.
+        If the sets split the nodes into more than :data:`PARTS` parts, or weigh too much.
     """
     if len(sets) == 1:
         return Cut.of(sets)
@@ -112,6 +112,8 @@ def cut_of(sets: Sequence[Ints], weights: Sequence[int], size: int) -> Cut:
     parts = np.unique(inside, axis=1).T
     if len(parts) > PARTS:
         raise ValueError(f"a local cut has at most {PARTS} parts, not {len(parts)}")
+    if PARTS * sum(weights) > FAR:
+        raise ValueError(f"the weights of a local cut are at most {FAR // PARTS} in all")
     lengths = (parts[:, None] != parts) @ np.array(weights, np.int64)
     return Cut.weighted(sets, weights, int(shortest_tour(lengths.astype(np.int32))[1]))
 
