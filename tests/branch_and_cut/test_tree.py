@@ -170,6 +170,18 @@ def test_a_root_whose_branch_gains_little_of_its_gap_is_hard_at_once(gains, hard
     assert not tree._hard()
 
 
+def test_a_gap_that_is_good_enough_is_not_worth_another_look_at_the_root(monkeypatch):
+    x, y = np.random.default_rng(3).integers(0, 1000, (2, 150))
+    instance = Instance(Workpiece("piece", tuple(map(str, range(150))), x, y))
+    monkeypatch.setattr("tcp.exact.branch_and_cut.tree.DEEP", 0.0)
+    looks, real = [], Tree._deepen
+    monkeypatch.setattr(Tree, "_deepen", lambda tree: looks.append(tree.processed) or real(tree))
+    for gap in (0.5, 0.0):
+        result = solve(instance, "branch-and-cut", exact=True, stop=Stop(gap=gap))
+        assert (1 in looks) is (gap == 0.0)
+        assert result.bound >= (1 - gap) * result.cost
+
+
 def test_the_roots_branch_makes_the_forecast(monkeypatch):
     x, y = np.random.default_rng(3).integers(0, 1000, (2, 150))
     instance = Instance(Workpiece("piece", tuple(map(str, range(150))), x, y))

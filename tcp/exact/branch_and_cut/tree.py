@@ -114,11 +114,16 @@ class Tree:
         while self.heap and not self.stopped:
             following = self._step(following)
             self.processed += 1
+            self._heed()
             if self.heap and not self.stopped and self._hard():
                 self._deepen()
                 following = None
-            self.stopped = self.stopped or (bool(self.heap) and self.reason() is not None)
+                self._heed()
             self.saved(self)
+
+    def _heed(self) -> None:
+        """Stop if a condition to stop holds while there is work left."""
+        self.stopped = self.stopped or (bool(self.heap) and self.reason() is not None)
 
     def reason(self) -> StopReason | None:
         """Which of the stop's conditions holds; iterations are the nodes processed."""
