@@ -47,7 +47,7 @@ def test_a_stop_ends_the_search_and_nothing_is_called_clean():
 def test_further_steps_are_taken_while_few_cuts_are_found(monkeypatch, found, least, steps):
     taken = []
 
-    def seen(sights, size):
+    def seen(sights, size, shown):
         taken.append(list(sights))
         first = len(taken) * found
         return [Cut.of([[0, k + 1]]) for k in range(first, first + found)]

@@ -79,7 +79,6 @@ class Keyholes:
     threads: Executor
     rng: np.random.Generator
     clean: set[bytes] = field(default_factory=set)
-    shown: dict[bytes, Shown | None] = field(default_factory=dict)
 
     def cuts(
         self, support: Support, tight: Sequence[Cut], steps: Sequence[Step], least: int = 1
@@ -99,11 +98,11 @@ class Keyholes:
             fewer than :data:`FEW` are.
         """
         found: dict[bytes, Cut] = {}
-        self.shown = {}
+        shown: dict[bytes, Shown | None] = {}
         for k, step in enumerate(steps):
             if len(found) >= (MANY if k < least else FEW):
                 break
-            for cut in self.seen(self._sights(step, support, tight), support.size):
+            for cut in self.seen(self._sights(step, support, tight), support.size, shown):
                 found.setdefault(cut.key, cut)
         return list(found.values())
 
@@ -118,20 +117,25 @@ class Keyholes:
     def _chances(self, count: int) -> Floats:
         return 1.0 - CHANCE * self.rng.random(count)
 
-    def seen(self, sights: Iterable[Sight], size: int) -> list[Cut]:
-        """Violated cuts on ``size`` nodes that sights show, most violated first."""
+    def seen(
+        self, sights: Iterable[Sight], size: int, shown: dict[bytes, Shown | None]
+    ) -> list[Cut]:
+        """Violated cuts on ``size`` nodes that sights show, most violated first.
+
+        What they show enters ``shown``; what is known there is not looked at again.
+        """
         fresh, looks = [], {}
         for sight in sights:
             name = sight.name
             if name in self.clean:
                 continue
             fresh.append((name, sight))
-            if name not in self.shown and name not in looks:  # in a thread, while others are made
+            if name not in shown and name not in looks:  # in a thread, while others are made
                 looks[name] = self.threads.submit(self._look, sight)
-        self.shown.update((name, look.result()) for name, look in looks.items())
+        shown.update((name, look.result()) for name, look in looks.items())
         found: dict[bytes, tuple[float, Cut]] = {}
         for name, sight in fresh:
-            seen = self.shown[name]
+            seen = shown[name]
             if seen is None:
                 continue
             value, sets, weights = seen

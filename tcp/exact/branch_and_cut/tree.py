@@ -180,10 +180,12 @@ class Tree:
         Half of it may be after :data:`HARD` nodes, a quarter after twice as many, and so on;
         below local cuts after :data:`HARDER` nodes.  At the root its first branch tells.
         """
-        if self.processed == 1 and self.deepened < len(LEVELS) and self.forecast > DEEP:
+        if self.deepened >= len(LEVELS):
+            return False
+        if self.processed == 1 and self.forecast > DEEP:
             return True
         nodes, first = self.processed - self.deepened_at, HARDER if self.deepened else HARD
-        if self.deepened >= len(LEVELS) or nodes not in (first << k for k in range(30)):
+        if nodes not in (first << k for k in range(30)):
             return False
         cost, bound, root = self.cutter.incumbent.cost, self.bound, self.nodes[0].bound
         if cost is None or bound is None:
